@@ -1,0 +1,81 @@
+# The libraries from the core outwards, and the node. A layer links those before it, never one after.
+find_package(Eigen3 3.3 REQUIRED NO_MODULE)
+find_package(assimp 5.0 REQUIRED)
+
+add_library(ellipsoid_vehicle_sim_warnings INTERFACE)
+target_compile_options(ellipsoid_vehicle_sim_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor)
+
+# add_layer(<name> <folder>...): a shared library of all sources in src/<folder>.
+function(add_layer name)
+  set(sources)
+  foreach(folder IN LISTS ARGN)
+    file(GLOB found CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${folder}/*.cpp)
+    list(APPEND sources ${found})
+  endforeach()
+  list(FILTER sources EXCLUDE REGEX "_main\\.cpp$")
+  add_library(${name} SHARED ${sources})
+  target_compile_features(${name} PUBLIC cxx_std_17)
+  target_include_directories(${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
+  target_link_libraries(${name} PRIVATE $<BUILD_INTERFACE:ellipsoid_vehicle_sim_warnings>)
+  set_target_properties(${name} PROPERTIES
+    LIBRARY_OUTPUT_DIRECTORY ${devel_prefix}/lib
+    INSTALL_RPATH "$ORIGIN")
+endfunction()
+
+# Debian and Ubuntu disagree on the CMake files of these libraries, not on their headers and library files.
+function(add_system_library target header library debian_package)
+  find_path(${library}_INCLUDE_DIR ${header})
+  find_library(${library}_LIBRARY ${library})
+  if(NOT ${library}_INCLUDE_DIR OR NOT ${library}_LIBRARY)
+    message(FATAL_ERROR "${header} or lib${library} not found: install ${debian_package}")
+  endif()
+  add_library(${target} UNKNOWN IMPORTED)
+  set_target_properties(${target} PROPERTIES
+    IMPORTED_LOCATION ${${library}_LIBRARY} INTERFACE_INCLUDE_DIRECTORIES ${${library}_INCLUDE_DIR})
+endfunction()
+
+# Core: geometry -> contact -> world -> dynamics -> vehicle. Eigen, and assimp for mesh files. No ROS.
+add_layer(ellipsoid_vehicle_sim_core geometry contact world dynamics vehicle)
+target_link_libraries(ellipsoid_vehicle_sim_core PUBLIC Eigen3::Eigen PRIVATE assimp::assimp)
+set_target_properties(ellipsoid_vehicle_sim_core PROPERTIES EXPORT_NAME core)
+add_library(ellipsoid_vehicle_sim::core ALIAS ellipsoid_vehicle_sim_core)
+
+# Description: URDF and YAML files -> what the core is built from. No ROS.
+add_system_library(urdfdom_model_library urdf_parser/urdf_parser.h urdfdom_model liburdfdom-dev)
+add_system_library(tinyxml2_library tinyxml2.h tinyxml2 libtinyxml2-dev)
+add_system_library(yaml_cpp_library yaml-cpp/yaml.h yaml-cpp libyaml-cpp-dev)
+add_layer(ellipsoid_vehicle_sim_description description)
+set_target_properties(ellipsoid_vehicle_sim_description PROPERTIES LINKER_LANGUAGE CXX)
+target_link_libraries(ellipsoid_vehicle_sim_description
+  PUBLIC ellipsoid_vehicle_sim_core
+  PRIVATE urdfdom_model_library tinyxml2_library yaml_cpp_library assimp::assimp)
+
+if(with_ros)
+  add_layer(ellipsoid_vehicle_sim_ros ros)
+  # SYSTEM: the warnings of roscpp's headers are not ours to fix.
+  target_include_directories(ellipsoid_vehicle_sim_ros SYSTEM PUBLIC ${catkin_INCLUDE_DIRS})
+  target_link_libraries(ellipsoid_vehicle_sim_ros PUBLIC ellipsoid_vehicle_sim_description ${catkin_LIBRARIES})
+
+  add_executable(ellipsoid_vehicle_sim_node src/ros/simulator_node_main.cpp)
+  target_link_libraries(ellipsoid_vehicle_sim_node PRIVATE ellipsoid_vehicle_sim_ros ellipsoid_vehicle_sim_warnings)
+  set_target_properties(ellipsoid_vehicle_sim_node PROPERTIES
+    RUNTIME_OUTPUT_DIRECTORY ${devel_prefix}/${package_programs}
+    INSTALL_RPATH "$ORIGIN/..")
+  install(TARGETS ellipsoid_vehicle_sim_ros LIBRARY DESTINATION lib)
+  install(TARGETS ellipsoid_vehicle_sim_node RUNTIME DESTINATION ${package_programs})
+endif()
+install(TARGETS ellipsoid_vehicle_sim_description LIBRARY DESTINATION lib)
+
+# The core is a CMake package of its own, for programs without ROS:
+#   find_package(ellipsoid_vehicle_sim_core) ... target_link_libraries(mine ellipsoid_vehicle_sim::core)
+include(CMakePackageConfigHelpers)
+set(core_config lib/cmake/ellipsoid_vehicle_sim_core)
+install(TARGETS ellipsoid_vehicle_sim_core EXPORT ellipsoid_vehicle_sim_core_targets LIBRARY DESTINATION lib COMPONENT core)
+install(DIRECTORY include/ellipsoid_vehicle_sim DESTINATION include COMPONENT core FILES_MATCHING PATTERN "*.h")
+install(EXPORT ellipsoid_vehicle_sim_core_targets NAMESPACE ellipsoid_vehicle_sim:: DESTINATION ${core_config} COMPONENT core)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/ellipsoid_vehicle_sim_core-config-version.cmake
+  COMPATIBILITY SameMinorVersion)
+configure_file(cmake/ellipsoid_vehicle_sim_core-config.cmake ${PROJECT_BINARY_DIR} COPYONLY)
+install(FILES ${PROJECT_BINARY_DIR}/ellipsoid_vehicle_sim_core-config-version.cmake
+  cmake/ellipsoid_vehicle_sim_core-config.cmake DESTINATION ${core_config} COMPONENT core)

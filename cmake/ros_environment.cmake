@@ -1,0 +1,52 @@
+# Finds catkin and the message packages without a sourced ROS environment, and calls catkin_package().
+# Sets with_ros. On Debian everything is in /usr; a Noetic in /opt is used where it exists.
+set(with_ros FALSE)
+# Where programs and shared files are put in the build tree, laid out as if installed.
+set(devel_prefix ${PROJECT_BINARY_DIR}/devel)
+
+# catkin's scripts need a Python that has catkin_pkg; a pyenv's python3 that comes first in PATH usually does not.
+# Both variables: catkin looks at the first, the ament files that some ROS packages pull in look at the second.
+function(find_ros_python out)
+  foreach(candidate IN ITEMS "${PYTHON_EXECUTABLE}" /usr/bin/python3 python3)
+    if(candidate)
+      execute_process(COMMAND ${candidate} -c "import catkin_pkg" RESULT_VARIABLE failed OUTPUT_QUIET ERROR_QUIET)
+      if(NOT failed)
+        set(${out} ${candidate} PARENT_SCOPE)
+        return()
+      endif()
+    endif()
+  endforeach()
+  set(${out} "" PARENT_SCOPE)
+endfunction()
+
+if(BUILD_ROS)  # ON or AUTO
+  if(NOT DEFINED ENV{ROS_DISTRO} AND EXISTS /opt/ros/noetic)
+    list(APPEND CMAKE_PREFIX_PATH /opt/ros/noetic)
+  endif()
+  find_ros_python(ros_python)
+  if(ros_python)
+    set(PYTHON_EXECUTABLE ${ros_python} CACHE FILEPATH "Python with catkin_pkg")
+    set(Python3_EXECUTABLE ${ros_python} CACHE FILEPATH "Python with catkin_pkg")
+    set(ros_components roscpp roslib diagnostic_msgs geometry_msgs nav_msgs rosgraph_msgs sensor_msgs std_msgs std_srvs
+      tf2_msgs visualization_msgs)
+    if(BUILD_ROS STREQUAL "AUTO")
+      find_package(catkin QUIET COMPONENTS ${ros_components})
+    else()
+      find_package(catkin REQUIRED COMPONENTS ${ros_components})
+    endif()
+    set(with_ros ${catkin_FOUND})
+  elseif(NOT BUILD_ROS STREQUAL "AUTO")
+    message(FATAL_ERROR "BUILD_ROS=${BUILD_ROS}, but no Python with catkin_pkg was found: install python3-catkin-pkg, or set "
+      "PYTHON_EXECUTABLE")
+  endif()
+endif()
+
+if(with_ros)
+  catkin_package(
+    INCLUDE_DIRS include
+    LIBRARIES ellipsoid_vehicle_sim_ros ellipsoid_vehicle_sim_description ellipsoid_vehicle_sim_core
+    CATKIN_DEPENDS ${ros_components})
+  set(devel_prefix ${CATKIN_DEVEL_PREFIX})
+else()
+  message(STATUS "ellipsoid_vehicle_sim: without ROS, only the core and the description libraries")
+endif()

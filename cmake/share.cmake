@@ -1,0 +1,27 @@
+# Launch files, vehicles, worlds and programs; the same layout in the build tree (links) and below the prefix (copies), so
+# that names and relative paths resolve in both.
+file(GLOB_RECURSE share_files CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}
+  ${PROJECT_SOURCE_DIR}/launch/* ${PROJECT_SOURCE_DIR}/urdf/* ${PROJECT_SOURCE_DIR}/meshes/*)
+foreach(file IN LISTS share_files)
+  get_filename_component(folder ${file} DIRECTORY)
+  file(MAKE_DIRECTORY ${devel_prefix}/${package_share}/${folder})
+  file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${file} ${devel_prefix}/${package_share}/${file} SYMBOLIC)
+  install(FILES ${file} DESTINATION ${package_share}/${folder})
+endforeach()
+
+# The rolling terrain is too large to commit: made at build, beside the links to the other meshes.
+set(rolling_mesh ${devel_prefix}/${package_share}/meshes/rolling.stl)
+file(MAKE_DIRECTORY ${devel_prefix}/${package_share}/meshes)
+find_program(mesh_python NAMES python3 HINTS /usr/bin REQUIRED)
+add_custom_command(OUTPUT ${rolling_mesh}
+  COMMAND ${mesh_python} ${PROJECT_SOURCE_DIR}/scripts/make_meshes.py --rolling ${rolling_mesh}
+  DEPENDS ${PROJECT_SOURCE_DIR}/scripts/make_meshes.py
+  COMMENT "Making the rolling terrain")
+add_custom_target(ellipsoid_vehicle_sim_meshes ALL DEPENDS ${rolling_mesh})
+install(FILES ${rolling_mesh} DESTINATION ${package_share}/meshes)
+
+if(with_ros)
+  # Python programs run by roslaunch and rosrun; catkin makes them callable from the build tree too.
+  catkin_install_python(PROGRAMS scripts/scripted_driver scripts/vehicle_description DESTINATION ${package_programs})
+  install(PROGRAMS scripts/record_exit_status DESTINATION ${package_programs})
+endif()

@@ -1,0 +1,52 @@
+# One program per test file, named like it; ctest runs them all. Test data is read where it lies in the sources.
+find_package(GTest 1.10 QUIET CONFIG)
+if(NOT TARGET GTest::gtest_main)
+  find_package(GTest REQUIRED)
+endif()
+if(NOT TARGET GTest::gtest_main)  # its name in the find module of CMake before 3.20
+  add_library(GTest::gtest_main INTERFACE IMPORTED)
+  target_link_libraries(GTest::gtest_main INTERFACE GTest::GTest GTest::Main)
+endif()
+
+file(GLOB test_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/test/*/*_test.cpp)
+list(FILTER test_sources EXCLUDE REGEX "/test/(ros|consumer|benchmark)/")
+foreach(source IN LISTS test_sources)
+  get_filename_component(name ${source} NAME_WE)
+  add_executable(${name} ${source})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/test)
+  target_compile_definitions(${name} PRIVATE
+    TEST_DATA_DIR="${PROJECT_SOURCE_DIR}/test/data" PACKAGE_DIR="${PROJECT_SOURCE_DIR}"
+    SHARE_DIR="${devel_prefix}/${package_share}")
+  target_link_libraries(${name} PRIVATE
+    ellipsoid_vehicle_sim_description ellipsoid_vehicle_sim_core GTest::gtest_main ellipsoid_vehicle_sim_warnings)
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/test)
+  add_test(NAME ${name} COMMAND ${name})
+  set_tests_properties(${name} PROPERTIES TIMEOUT 600)
+endforeach()
+
+# A ten-line program against the installed core, built apart from this project.
+add_test(NAME consumer COMMAND ${CMAKE_COMMAND}
+  -D build=${PROJECT_BINARY_DIR} -D source=${PROJECT_SOURCE_DIR}/test/consumer -D compiler=${CMAKE_CXX_COMPILER}
+  -P ${PROJECT_SOURCE_DIR}/test/consumer/build_and_run.cmake)
+set_tests_properties(consumer PROPERTIES TIMEOUT 300)
+
+# Benchmarks are built, so that they keep compiling; nothing depends on what they measure.
+find_package(benchmark QUIET)
+if(BUILD_BENCHMARKS AND benchmark_FOUND)
+  file(GLOB benchmark_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/test/benchmark/*.cpp)
+  foreach(source IN LISTS benchmark_sources)
+    get_filename_component(name ${source} NAME_WE)
+    add_executable(${name} ${source})
+    target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/test)
+    target_compile_definitions(${name} PRIVATE
+      TEST_DATA_DIR="${PROJECT_SOURCE_DIR}/test/data" PACKAGE_DIR="${PROJECT_SOURCE_DIR}"
+      SHARE_DIR="${devel_prefix}/${package_share}")
+    target_link_libraries(${name} PRIVATE ellipsoid_vehicle_sim_description benchmark::benchmark
+      ellipsoid_vehicle_sim_warnings)
+    set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/benchmark)
+  endforeach()
+endif()
+
+if(with_ros)
+  include(cmake/ros_tests.cmake)
+endif()

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <vector>
+
+#include "ellipsoid_vehicle_sim/contact/candidate_cache.h"
+#include "ellipsoid_vehicle_sim/contact/contact.h"
+#include "ellipsoid_vehicle_sim/world/terrain.h"
+
+namespace ellipsoid_vehicle_sim {
+
+/// How an ellipsoid meets one triangle, and how many triangles push it at once.
+enum class ContactRule { kMinimumTranslation, kClampedPoint };
+enum class ContactsPerEllipsoid { kOne, kValley };
+
+struct ContactOptions {
+  ContactRule rule = ContactRule::kMinimumTranslation;
+  ContactsPerEllipsoid contacts = ContactsPerEllipsoid::kValley;
+  bool memory = true;  ///< admission and slack; off: every triangle with the centre in front pushes with its full depth.
+  bool cache = true;   ///< reuse of candidate lists; changes no answer.
+};
+
+/// Buffers of one ellipsoid; no state: two finders give the same answers whatever they were asked before.
+struct ContactFinder {
+  CandidateCache cache;
+  std::vector<unsigned char> refused;  ///< per candidate, of the present evaluation.
+};
+
+/// Each ellipsoid meets the one triangle it would have to be pushed furthest to clear (ties: the lowest index); in
+/// `valley` mode up to two more that still hold it after that push. Sources: notation.h [CarPhysics], [ContactDefinition]
+/// rules 1-6. `memory` is that of the last accepted pose and is not changed.
+EllipsoidContacts findContacts(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const Terrain& terrain,
+                               const ContactOptions& options, ContactFinder& finder);
+
+/// The contacts of the pose the memory was taken at, as they push at the start of the next step: no search.
+EllipsoidContacts rememberedContacts(const ContactMemory& memory, const ContactOptions& options);
+
+/// Speed at which depth that a jump added is given back [m/s]: slow enough that a vehicle freed from an overlap rises, and
+/// does not fly.
+constexpr double kSlackRelease = 0.01;
+
+/// The memory after a step ended at `ellipsoid` with `contacts` (found there with the old memory), dt [s] after the old one.
+/// Anchors are not carried over: that is the friction's business.
+ContactMemory rememberContacts(const PosedEllipsoid& ellipsoid, const EllipsoidContacts& contacts, const ContactMemory& old,
+                               const ContactOptions& options, double dt);
+
+/// Shares of the contacts' forces (field `share`) from their pressed depths; `push` is the shortest push that clears them.
+Eigen::Vector3d assignShares(EllipsoidContacts& contacts);
+
+}  // namespace ellipsoid_vehicle_sim

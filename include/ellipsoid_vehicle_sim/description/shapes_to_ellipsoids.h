@@ -1,0 +1,77 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "ellipsoid_vehicle_sim/description/collision_shape.h"
+#include "ellipsoid_vehicle_sim/vehicle/vehicle_description.h"
+
+// What collides is made of ellipsoids; what a URDF holds are boxes, cylinders, spheres and meshes. The rules:
+//
+// Ground wheels (joint role drive or free wheel). All shapes of the wheel's link and of what is fixed to it become one
+// spheroid, its axis exactly the joint's axis, its centre exactly on it: an ellipsoid out of round by 1 % hammers the
+// suspension once a turn. Rolling radius and width are kept, so the wheel's bottom stays at its height:
+//   cylinder r, l     r, l/2 along the axis
+//   sphere, ellipsoid its radii
+//   box               half its edge across the axis (not its corner), half its edge along the axis
+//   mesh              its largest distance from the axis; the width of its tread, all that lies beyond 80 % of that
+//   distance
+//                     (a hub or an axle stub is no tread)
+//   several           the largest rolling radius; the width over all shapes that reach 80 % of it
+// What this changes (the shapes' offset from the axis and their tilt against it) is the residual, told in a note.
+//
+// Everything else, one ellipsoid a shape:
+//   sphere, sphere-like mesh   exactly; a mesh counts as one whose vertices lie on a sphere before the scale is applied
+//   cylinder r, l              radii r, r, l/2      } of the same half extents, inscribed: it fills 2/3 of the
+//   cylinder, box a, b, c                radii a/2, b/2, c/2  } 52 % of the box, and its corners are free mesh
+//   inscribed in the box around it along the mesh's own axes
+// fit_error is the largest distance between the shape's hull and the ellipsoid: for a box that of its corners.
+//
+// A body's ellipsoid may come lower than its shape did, where the box around a mesh does. If it would then reach below
+// the wheels, which the shape itself does not, it is raised until its bottom is the shape's, and a note says so. A
+// shape that itself reaches below the wheels is left alone, and a note says that the vehicle will stand on it.
+
+namespace ellipsoid_vehicle_sim {
+
+/// A shape seen from a frame G.
+struct PlacedShape {
+  const CollisionShape* shape;
+  Pose X_GS;
+};
+
+/// The spheroid that stands for the shapes of a wheel turning about an axis through the origin of G.
+struct WheelMeasure {
+  double radius = 0.0;        ///< rolling radius [m].
+  double half_width = 0.0;    ///< along the axis [m].
+  double axial_centre = 0.0;  ///< of the spheroid, along the axis from the origin of G [m].
+  bool round = false;         ///< the largest shape is: equal radii within 10 %, centred within 10 % of its radius.
+  double offset = 0.0;        ///< residual: largest distance of a tread shape's middle from the axis [m].
+  double tilt = 0.0;          ///< residual: largest angle of a tread shape's own axis against the joint's [rad].
+  int line = 0;               ///< of the largest shape.
+  std::string text;           ///< "cylinder r=0.1651 l=0.1143", "3 shapes".
+};
+
+/// Measures the shapes (at least one) about the unit vector axis_G.
+WheelMeasure measureWheel(const std::vector<PlacedShape>& shapes, const Eigen::Vector3d& axis_G);
+
+/// A wheel that stands on the ground: which joint turns it, and its spheroid in the joint's child link.
+struct GroundWheel {
+  int joint = 0;
+  WheelMeasure measure;
+  Eigen::Vector3d p_RC =
+      Eigen::Vector3d::Zero();  ///< its centre with all joints at zero, in the root link's frame [m].
+  double bottom = 0.0;          ///< its lowest z there [m].
+};
+
+/// Largest distance between an ellipsoid's surface and the hull of shapes placed in its frame [m].
+double fitError(const Eigen::Vector3d& radii, const std::vector<PlacedShape>& shapes_E);
+
+/// Distance of a point outside an ellipsoid from its surface, 0 inside [m].
+double distanceOutside(const Eigen::Vector3d& p_EQ, const Eigen::Vector3d& radii);
+
+/// Fills the ellipsoids of every link of the vehicle by the rules above; shapes[i] belong to links[i].
+void addEllipsoids(VehicleDescription& vehicle, const std::vector<std::vector<CollisionShape>>& shapes,
+                   const std::vector<GroundWheel>& wheels, std::vector<std::string>& notes);
+
+}  // namespace ellipsoid_vehicle_sim

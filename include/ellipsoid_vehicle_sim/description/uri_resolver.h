@@ -1,0 +1,26 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace ellipsoid_vehicle_sim {
+
+/// Turns what a file calls another file ("package://NAME/rest", "file:///...", a path) into the path of an existing
+/// file; nullopt if there is none. Passed in, so that the description layer needs no ROS to find packages.
+using UriResolver = std::function<std::optional<std::string>(const std::string& uri)>;
+
+/// Looks in the file system alone:
+/// - package://NAME/rest: <dir>/NAME/rest for each dir of package_dirs in turn; where a dir is itself called NAME, or
+/// holds
+///   a package.xml whose <name> is NAME (a checkout's folder may be called anything), also <dir>/rest;
+/// - file:///path, and absolute paths, as they stand;
+/// - every other path relative to base_dir, the folder of the file that names it.
+UriResolver fileResolver(std::vector<std::string> package_dirs, std::string base_dir);
+
+/// The resolver a vehicle or world file gets when nobody says otherwise: its own folder is both package and base
+/// folder.
+UriResolver fileResolver(const std::string& file);
+
+}  // namespace ellipsoid_vehicle_sim

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace ellipsoid_vehicle_sim {
+
+/// Rigid transform X_AB: where frame B stands, seen from frame A.
+/// p is p_AB [m], in A; q is q_AB, a unit quaternion. A vector turns by q, a point by p + q * point.
+struct Pose {
+  Eigen::Vector3d p = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
+
+  /// X_AC = X_AB * X_BC.
+  Pose operator*(const Pose& X_BC) const { return {p + q * X_BC.p, (q * X_BC.q).normalized()}; }
+  /// The point p_BQ, seen from A.
+  Eigen::Vector3d operator*(const Eigen::Vector3d& p_BQ) const { return p + q * p_BQ; }
+  /// X_BA.
+  Pose inverse() const { return {q.conjugate() * (-p), q.conjugate()}; }
+
+  bool allFinite() const { return p.allFinite() && q.coeffs().allFinite(); }
+};
+
+/// Rotation of URDF and of REP-103: fixed axes, first roll about x, then pitch about y, then yaw about z [rad].
+inline Eigen::Quaterniond quaternionFromRpy(double roll, double pitch, double yaw) {
+  using Eigen::AngleAxisd;
+  using Eigen::Vector3d;
+  return AngleAxisd(yaw, Vector3d::UnitZ()) * AngleAxisd(pitch, Vector3d::UnitY()) * AngleAxisd(roll, Vector3d::UnitX());
+}
+
+/// Unit quaternion of the rotation vector r (axis times angle [rad]); exact at zero.
+inline Eigen::Quaterniond quaternionFromRotationVector(const Eigen::Vector3d& r) {
+  const double angle = r.norm();
+  // sin(a/2)/a by its series below the angle at which the quotient starts to lose digits.
+  const double s = angle < 1e-4 ? 0.5 - angle * angle / 48.0 : std::sin(0.5 * angle) / angle;
+  return {std::cos(0.5 * angle), s * r.x(), s * r.y(), s * r.z()};
+}
+
+}  // namespace ellipsoid_vehicle_sim

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <geometry_msgs/Point.h>
+#include <geometry_msgs/Pose.h>
+#include <geometry_msgs/TransformStamped.h>
+#include <geometry_msgs/Twist.h>
+#include <nav_msgs/Odometry.h>
+#include <ros/time.h>
+#include <sensor_msgs/JointState.h>
+#include <std_msgs/ColorRGBA.h>
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "ellipsoid_vehicle_sim/geometry/pose.h"
+#include "ellipsoid_vehicle_sim/vehicle/drive_command.h"
+#include "ellipsoid_vehicle_sim/vehicle/simulator.h"
+
+// Core values <-> messages, as free functions. The one place that knows that the twist of an Odometry is in the child frame.
+
+namespace ellipsoid_vehicle_sim {
+
+/// Time after `steps` ticks of dt [s], to the nanosecond.
+ros::Duration simulatedDuration(std::int64_t steps, double dt);
+
+geometry_msgs::Point toPoint(const Eigen::Vector3d& p);
+geometry_msgs::Vector3 toVector(const Eigen::Vector3d& v);
+geometry_msgs::Quaternion toQuaternion(const Eigen::Quaterniond& q);
+geometry_msgs::Pose toPose(const Pose& X_AB);
+std_msgs::ColorRGBA toColor(double red, double green, double blue, double alpha);
+
+/// X_WR with v_WR, w_WR given in W; the message's twist is v_WR_R, w_WR_R.
+nav_msgs::Odometry toOdometry(const Pose& X_WR, const Eigen::Vector3d& v_WR_W, const Eigen::Vector3d& w_WR_W,
+                              const std::string& odom_frame, const std::string& base_frame, const ros::Time& stamp);
+geometry_msgs::TransformStamped toTransform(const Pose& X_WR, const std::string& odom_frame,
+                                            const std::string& base_frame, const ros::Time& stamp);
+/// Overwrites `message`; keeps its memory.
+void toJointState(const std::vector<std::string>& names, const std::vector<JointReading>& readings,
+                  const ros::Time& stamp, sensor_msgs::JointState& message);
+
+/// Speed and yaw rate; what a ground vehicle cannot do (sideways, up, roll) is ignored. Not checked for NaN.
+DriveCommand toDriveCommand(const geometry_msgs::Twist& twist);
+
+/// No NaN or infinity in it.
+bool allFinite(const nav_msgs::Odometry& message);
+bool allFinite(const sensor_msgs::JointState& message);
+
+}  // namespace ellipsoid_vehicle_sim

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ellipsoid_vehicle_sim/geometry/problem.h"
+#include "ellipsoid_vehicle_sim/vehicle/parameter_table.h"
+#include "ellipsoid_vehicle_sim/vehicle/sim_config.h"
+
+namespace ellipsoid_vehicle_sim {
+
+/// Whose time the messages carry.
+enum class ClockMode {
+  kPublish,  ///< ours: the node publishes /clock.
+  kFollow,   ///< somebody else's /clock: the simulation keeps pace with it.
+  kWall      ///< the wall clock's at the start, plus simulated time.
+};
+
+/// Parameters of the node that are not the physics' own. SI units.
+struct NodeOptions {
+  std::string vehicle_file;               ///< name of a shipped vehicle, or path of a URDF.
+  std::vector<std::string> package_dirs;  ///< searched for package://NAME before ROS is asked.
+  std::string world;                      ///< name of a shipped world, or path of a mesh or world YAML.
+  std::vector<std::string> drive_joints;  ///< the driven wheels; empty: found out from the URDF.
+  std::vector<std::string> joint_roles;   ///< "JOINT=ROLE", where the role that is found out is not the right one.
+  std::vector<double> start;              ///< x [m], y [m], yaw [rad]; empty: the world file's.
+
+  std::string odom_frame = "odom";
+  std::string base_frame;                 ///< empty: the URDF's root link.
+  bool publish_tf = true;
+
+  ClockMode clock = ClockMode::kPublish;
+  double clock_rate = 100.0;              ///< [Hz] of simulated time, like all rates.
+  double publish_rate = 50.0;
+  double marker_rate = 20.0;
+  double real_time_factor = 1.0;          ///< 0: as fast as possible.
+  bool lockstep = false;
+  double lockstep_timeout = 30.0;         ///< [s] of wall time; 0: for ever.
+  double duration = 0.0;                  ///< [s] simulated, then the node ends; 0: for ever.
+
+  std::optional<double> contact_arrow_scale;  ///< [m/N]
+  double world_marker_limit = 500000;     ///< triangles.
+  std::string summary_file;
+};
+
+/// Every parameter of NodeOptions.
+ParameterTable<NodeOptions> nodeParameters();
+
+/// All the node's parameters with unit, range, default and meaning, as a YAML file: launch/simulator.yaml.
+std::string parameterManual();
+
+struct NodeParameters {
+  SimConfig config;
+  NodeOptions options;
+};
+
+/// Values and the words that stand before each key in messages: "~", or "car.yaml ".
+struct ParameterSource {
+  std::string where;
+  ParameterValues values;
+};
+
+/// Everything under the namespace of nh_priv.
+Loaded<ParameterValues> readParameterServer(const ros::NodeHandle& nh_priv);
+
+/// Later sources win over earlier ones. Unknown and misspelt keys, wrong types and values out of range are problems, all at
+/// once.
+Loaded<NodeParameters> parametersFrom(std::vector<ParameterSource> sources);
+
+}  // namespace ellipsoid_vehicle_sim

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <vector>
+
+#include "ellipsoid_vehicle_sim/vehicle/sim_config.h"
+#include "ellipsoid_vehicle_sim/vehicle/vehicle_model.h"
+#include "ellipsoid_vehicle_sim/vehicle/vehicle_state.h"
+
+namespace ellipsoid_vehicle_sim {
+
+/// From the command in force to targets of wheels, treads and steering for the coming tick: timeout, speed and acceleration
+/// limits, steering geometry, servo integrals. `timed_out` is set in the tick in which the command becomes too old.
+void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleState& state, bool& timed_out);
+
+/// Motor torques of the wheel units for joint speeds qd: pure, so every stage of a step may ask. [N m], sign of the joint.
+void driveTorques(const VehicleModel& model, const SimConfig& config, const DriveState& drive,
+                  const std::vector<double>& qd, std::vector<double>& torque);
+
+/// Brake torque available at a wheel unit now [N m].
+double brakeTorque(const WheelUnit& wheel, const DriveState& drive);
+
+/// Acceleration for the coming tick that brings a prescribed joint to its target as fast as its limits allow, without
+/// overshoot; reaches it exactly.
+double profileAcceleration(const PrescribedJoint& joint, const ProfileState& profile, double dt);
+
+/// A prescribed joint whose last tick needed more effort than it has, and would go on that way: it holds instead. The way
+/// back is always open.
+bool effortExceeded(const PrescribedJoint& joint, const ProfileState& profile);
+
+/// Curvature of the path of the drive's reference point for the steering as it stands [1/m], left positive.
+double actualCurvature(const VehicleModel& model, const VehicleState& state);
+
+}  // namespace ellipsoid_vehicle_sim

@@ -1,0 +1,124 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ellipsoid_vehicle_sim/geometry/pose.h"
+#include "ellipsoid_vehicle_sim/geometry/problem.h"
+#include "ellipsoid_vehicle_sim/vehicle/certificate.h"
+#include "ellipsoid_vehicle_sim/vehicle/drive_command.h"
+#include "ellipsoid_vehicle_sim/vehicle/sim_config.h"
+#include "ellipsoid_vehicle_sim/vehicle/vehicle_description.h"
+#include "ellipsoid_vehicle_sim/vehicle/vehicle_model.h"
+#include "ellipsoid_vehicle_sim/vehicle/vehicle_state.h"
+#include "ellipsoid_vehicle_sim/world/terrain.h"
+
+namespace ellipsoid_vehicle_sim {
+
+/// What a step ended with. Anything but kOk leaves the state at the last good step, and every later step says so again.
+enum class StepStatus {
+  kOk,
+  kDiverged  ///< the next state would not have been finite; the simulation is frozen until reset.
+};
+
+/// One contact as published: where, how deep, with what force. Forces act on the vehicle.
+struct ContactReport {
+  int ellipsoid = 0;              ///< index into Simulator::ellipsoids().
+  int triangle = 0;               ///< index into the terrain.
+  Eigen::Vector3d p_WC;           ///< point of the terrain [m].
+  Eigen::Vector3d nhat_W;         ///< unit, from the terrain into the vehicle.
+  double depth = 0.0;             ///< geometric penetration [m].
+  double normal_force = 0.0;      ///< [N], >= 0.
+  Eigen::Vector3d friction_W;     ///< [N], perpendicular to nhat_W.
+  bool sliding = false;           ///< the friction is at the edge of its cone.
+};
+
+/// A movable joint as a robot would report it; also the prescribed ones, and the wheels of a solid compound.
+struct JointReading {
+  double position = 0.0;  ///< [rad] or [m]; wheels count turns without wrapping.
+  double velocity = 0.0;
+  double effort = 0.0;    ///< of motor, brake, spring or servo on the joint [N m] or [N].
+};
+
+/// Where an ellipsoid is fixed, for drawing.
+struct EllipsoidPlacement {
+  std::string name, link;
+  Pose X_LE;
+  Eigen::Vector3d radii;
+  bool ground_wheel = false;
+  std::string source;
+};
+
+/// Counts since the last reset of things a user should hear about; none of them stops the run.
+struct StepEvents {
+  std::int64_t passed_through = 0;    ///< an ellipsoid's centre went through a triangle from front to back.
+  std::int64_t effort_exceeded = 0;   ///< ticks in which a prescribed joint needed more than its effort limit and held.
+  std::int64_t command_timeouts = 0;  ///< times the command got too old and the brakes came on.
+  std::int64_t rejected_commands = 0; ///< non-finite commands, dropped.
+};
+
+/// Vehicle, world and clock: the only thing the ROS layer drives. No ROS in here, no wall clock, no randomness: the same
+/// calls give the same bits. Not for use from several threads at once.
+class Simulator {
+ public:
+  /// Compiles the model, checks the step against the stability certificate; all problems at once. The vehicle is not yet
+  /// in the world: call setDown. The terrain is shared, never changed.
+  static Loaded<Simulator> create(const VehicleDescription& vehicle, std::shared_ptr<const Terrain> terrain,
+                                  const SimConfig& config);
+  Simulator(Simulator&&) noexcept;
+  Simulator& operator=(Simulator&&) noexcept;
+  ~Simulator();
+
+  /// Puts the vehicle at rest on the ground below (x, y) [m] with the heading yaw [rad]: static equilibrium, springs
+  /// settled, friction loaded, at least three supports (a vehicle with fewer than three ellipsoids: one). Problems say why
+  /// not; the state is then unchanged. Does not touch the clock. Becomes the pose that reset() returns to.
+  Problems setDown(double x, double y, double yaw);
+  /// Puts the root link at X_WR moving with the given velocity, as it is: contacts it is already in are taken with slack.
+  /// Joints at their reference positions, at rest. Becomes the pose that reset() returns to.
+  Problems place(const Pose& X_WR, const Eigen::Vector3d& v_WR_W, const Eigen::Vector3d& w_WR_W);
+  /// Back to the last setDown or place: everything except the clock, bit for bit.
+  void reset();
+
+  /// A new command, in force from the next step until it is older than command_timeout. False: not finite, dropped, counted.
+  bool command(const DriveCommand& command);
+  /// Advances one tick.
+  StepStatus step();
+
+  std::int64_t stepCount() const;   ///< ticks since creation; never goes back.
+  double time() const;              ///< stepCount() * dt [s].
+  StepStatus status() const;
+  const StepEvents& events() const;
+  bool commandInForce() const;      ///< false: none yet, or timed out.
+
+  Pose rootPose() const;                    ///< X_WR of the URDF's root link.
+  Eigen::Vector3d rootVelocity_W() const;   ///< of the root link's origin, in W [m/s].
+  Eigen::Vector3d rootAngularVelocity_W() const;  ///< [rad/s].
+  const std::vector<std::string>& jointNames() const;  ///< every movable joint of the description, in its order.
+  void jointReadings(std::vector<JointReading>& out) const;  ///< same order; no allocation once sized.
+  void contacts(std::vector<ContactReport>& out) const;      ///< at the present state; no allocation once sized.
+  const std::vector<EllipsoidPlacement>& ellipsoids() const;
+  double largestPenetration() const;  ///< deepest geometric contact right now [m].
+  double energy() const;              ///< kinetic + gravity + springs of joints, contacts and friction [J].
+  double encoderSpeed() const;        ///< forward speed as the wheels' encoders tell it [m/s].
+  double encoderYawRate() const;      ///< [rad/s].
+
+  const SimConfig& config() const;
+  const VehicleModel& model() const;
+  const VehicleState& state() const;
+  const Terrain& terrain() const;
+  const StabilityCertificate& certificate() const;
+  /// What was derived and assumed at load, for the log: one line each.
+  const std::vector<std::string>& loadReport() const;
+  /// FNV-1a over every bit of the state except the absolute time.
+  std::uint64_t stateHash() const;
+
+ private:
+  struct Impl;
+  explicit Simulator(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ellipsoid_vehicle_sim

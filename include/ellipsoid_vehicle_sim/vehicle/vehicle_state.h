@@ -1,0 +1,80 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "ellipsoid_vehicle_sim/contact/contact.h"
+#include "ellipsoid_vehicle_sim/geometry/pose.h"
+#include "ellipsoid_vehicle_sim/vehicle/drive_command.h"
+
+namespace ellipsoid_vehicle_sim {
+
+/// Friction stretches of one ellipsoid's carried contacts [m], in W.
+using Anchors = std::array<Eigen::Vector3d, kMaxContactsPerEllipsoid>;
+
+/// What integrates. The base's frame B stands in the base's centre of mass, with the root link's axes.
+struct Motion {
+  Pose X_WB;
+  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();  ///< in W [m/s].
+  Eigen::Vector3d w_WB = Eigen::Vector3d::Zero();  ///< in W [rad/s].
+  std::vector<double> q, qd;                       ///< dynamic joints [rad, m].
+  std::vector<double> stretch;                     ///< of the joints' holds (brakes, dry friction) [rad, m].
+  std::vector<Anchors> anchor;                     ///< per ellipsoid.
+
+  bool allFinite() const;
+};
+
+/// Derivative of Motion; the base's rotation by its angular velocity in W.
+struct MotionRate {
+  Eigen::Vector3d v = Eigen::Vector3d::Zero(), w = Eigen::Vector3d::Zero();
+  Eigen::Vector3d a = Eigen::Vector3d::Zero(), alpha = Eigen::Vector3d::Zero();
+  std::vector<double> q, qd, stretch;
+  std::vector<Anchors> anchor;
+};
+
+/// Path of a prescribed joint within a tick: constant acceleration.
+struct ProfileState {
+  double position = 0.0, velocity = 0.0, acceleration = 0.0, target = 0.0;
+  double effort = 0.0;  ///< that the last tick needed [N m] or [N].
+};
+
+/// What a tread does during a tick.
+struct TreadState {
+  enum class Mode : unsigned char { kFree, kTurning };
+  Mode mode = Mode::kFree;
+  double angle = 0.0;         ///< [rad].
+  double speed = 0.0;         ///< at the start of the tick [rad/s].
+  double acceleration = 0.0;  ///< during it [rad/s^2].
+};
+
+/// The drive's memory; changes at ticks only.
+struct DriveState {
+  enum class Mode : unsigned char { kBrake, kCoast, kDrive };
+  Mode mode = Mode::kBrake;
+  DriveCommand command;             ///< the last accepted.
+  bool has_command = false;
+  std::int64_t command_age = 0;     ///< ticks since it came; restarts with it.
+  double speed = 0.0;               ///< the speed asked of the wheels now, after the acceleration limit [m/s].
+  double yaw_rate = 0.0;            ///< likewise, differential layouts [rad/s].
+  std::vector<double> wheel_speed;  ///< target of each wheel unit [rad/s], sign of its joint.
+  std::vector<double> integral;     ///< of each wheel unit's servo [N m].
+};
+
+/// Everything that changes from step to step, apart from the clock: copy it and the run can be continued bit for bit.
+struct VehicleState {
+  Motion motion;
+  std::vector<ContactMemory> memory;    ///< per ellipsoid, frozen within a step.
+  std::vector<ProfileState> profiles;   ///< per prescribed joint.
+  std::vector<TreadState> treads;
+  DriveState drive;
+};
+
+/// x advanced along `rate` for h seconds; rotation on its manifold. `x` and `result` may not be the same object.
+void retract(const Motion& x, double h, const MotionRate& rate, Motion& result);
+
+/// FNV-1a over every bit of the state.
+std::uint64_t hashOf(const VehicleState& state);
+
+}  // namespace ellipsoid_vehicle_sim

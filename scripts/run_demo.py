@@ -1,0 +1,188 @@
+"""The demo itself, in the environment that scripts/demo prepares: one roslaunch with a master of its own."""
+import argparse
+import ctypes
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+import shipped_files
+
+LEAST_DISTANCE = 1.0  # [m] that the vehicle must have moved
+DEFAULT_SECONDS = 20.0  # [s] simulated, headless; with a window until it is closed
+# Wall time allowed beyond the simulated time: a slow machine, RViz starting.
+PATIENCE = 180.0  # [s]
+KEYS = ["simulated time", "distance", "real-time factor", "step time mean", "step time p99", "largest penetration",
+        "most contacts", "result"]
+UNITS = {"simulated time": " s", "distance": " m", "step time mean": " us", "step time p99": " us",
+         "largest penetration": " mm"}
+PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # linux/prctl.h
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(
+        prog="scripts/demo", description="A vehicle drives a world in RViz, or headless as fast as the machine can.")
+    parser.add_argument("--headless", action="store_true", help="no window; in lockstep, as fast as possible")
+    parser.add_argument("--seconds", type=float, help="simulated time (headless: %g; with a window: until it is closed)"
+                        % DEFAULT_SECONDS)
+    parser.add_argument("--vehicle", default="car", help="shipped name or path of a URDF: %s"
+                        % ", ".join(sorted(shipped_files.vehicles())))
+    parser.add_argument("--world", default="course", help="shipped name or path of a mesh or world YAML: %s"
+                        % ", ".join(sorted(shipped_files.worlds())))
+    arguments = parser.parse_args()
+    if arguments.seconds is not None and not 0.0 < arguments.seconds < 1e6:
+        parser.error("--seconds must be above 0, and below 1e6")
+    for kind in ("vehicle", "world"):
+        name = getattr(arguments, kind)
+        try:
+            path = shipped_files.find(kind, name)
+        except LookupError as error:
+            parser.error(str(error))
+        # A shipped name stays a name: the simulator knows where its build put the file.
+        if os.path.isfile(name):
+            setattr(arguments, kind, path)
+    return arguments
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("localhost", 0))
+        return probe.getsockname()[1]
+
+
+def descendants():
+    """Ids of all processes below this one, which as their reaper also inherits orphans."""
+    children = {}
+    for entry in os.listdir("/proc"):
+        if not entry.isdigit():
+            continue
+        try:
+            with open("/proc/%s/stat" % entry) as file:
+                fields = file.read().rsplit(")", 1)[1].split()
+        except OSError:
+            continue
+        children.setdefault(int(fields[1]), []).append(int(entry))
+    found, open_list = [], [os.getpid()]
+    while open_list:
+        below = children.get(open_list.pop(), [])
+        found += below
+        open_list += below
+    return found
+
+
+def reap():
+    try:
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass
+    except ChildProcessError:
+        pass
+
+
+def leave_no_process(patience=5.0):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+        deadline = time.monotonic() + patience
+        for process in descendants():
+            try:
+                os.kill(process, number)
+            except ProcessLookupError:
+                pass
+        while time.monotonic() < deadline:
+            reap()
+            if not descendants():
+                return
+            time.sleep(0.05)
+
+
+def run(arguments, folder):
+    """Starts roslaunch and waits for its end; why it was ended early, or None."""
+    port = free_port()
+    seconds = arguments.seconds or (DEFAULT_SECONDS if arguments.headless else 0.0)
+    environment = dict(os.environ, ROS_MASTER_URI="http://localhost:%d" % port, ROS_HOSTNAME="localhost",
+                       ROS_HOME=folder, ROS_LOG_DIR=os.path.join(folder, "log"))
+    command = ["roslaunch", "-p", str(port), "ellipsoid_vehicle_sim", "demo.launch",
+               "vehicle:=" + arguments.vehicle, "world:=" + arguments.world, "duration:=%r" % seconds,
+               "rviz:=" + ("false" if arguments.headless else "true"),
+               "lockstep:=" + ("true" if arguments.headless else "false"),
+               "real_time_factor:=" + ("0" if arguments.headless else "1"),
+               "summary_file:=" + os.path.join(folder, "summary"),
+               "launch_prefix:=%s %s" % (os.path.join(os.path.dirname(os.path.realpath(__file__)), "record_exit_status"),
+                                         os.path.join(folder, "exit_status"))]
+    print("to join from a second terminal:  export ROS_MASTER_URI=http://localhost:%d ROS_HOSTNAME=localhost" % port)
+    print("log: %s" % os.path.join(folder, "roslaunch.txt"), flush=True)
+
+    libc = ctypes.CDLL(None)
+    libc.prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+    stopped = []
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, lambda received, _: stopped.append(received))
+    with open(os.path.join(folder, "roslaunch.txt"), "w") as log:
+        # A session of its own: Ctrl-C in the terminal reaches this program alone, which ends the others in order.
+        # roslaunch ends its nodes on SIGINT; it gets one too should this program be killed.
+        launch = subprocess.Popen(command, env=environment, stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
+                                  start_new_session=True,
+                                  preexec_fn=lambda: libc.prctl(PR_SET_PDEATHSIG, signal.SIGINT, 0, 0, 0))
+        deadline = time.monotonic() + PATIENCE + 10.0 * seconds if seconds else float("inf")
+        reason = None
+        while launch.poll() is None:
+            if stopped or time.monotonic() > deadline:
+                reason = "stopped by hand" if stopped else "not done after %.0f s" % (PATIENCE + 10.0 * seconds)
+                launch.send_signal(signal.SIGINT)
+                try:
+                    launch.wait(30.0)
+                except subprocess.TimeoutExpired:
+                    pass
+                break
+            time.sleep(0.05)
+    leave_no_process()
+    return reason
+
+
+def read_text(path):
+    try:
+        with open(path, errors="replace") as file:
+            return file.read()
+    except OSError:
+        return ""
+
+
+def verdict(summary, status, stopped):
+    """ok, or the first thing that went wrong. The simulator's own exit status counts, not roslaunch's."""
+    if not summary:
+        return "the simulator %s and left no report" % ("ended with exit status " + status if status else "did not start")
+    if summary["result"] != "ok":
+        return summary["result"]
+    if status != "0":
+        return "the simulator ended with exit status %s" % (status or "unknown")
+    if float(summary["distance"].split()[0]) < LEAST_DISTANCE:
+        return "the vehicle moved less than %g m" % LEAST_DISTANCE
+    if stopped and stopped != "stopped by hand":
+        return stopped
+    return "ok"
+
+
+def main():
+    arguments = parse_arguments()
+    folder = tempfile.mkdtemp(prefix="ellipsoid_vehicle_sim_demo_")
+    stopped = run(arguments, folder)
+
+    lines = [line.partition(": ") for line in read_text(os.path.join(folder, "summary")).splitlines()]
+    summary = {key: value for key, _, value in lines}
+    status = read_text(os.path.join(folder, "exit_status")).strip()
+    result = verdict(summary, status, stopped)
+    if result != "ok":
+        log = read_text(os.path.join(folder, "roslaunch.txt")).splitlines()
+        print("\n".join(log[-40:]), file=sys.stderr, flush=True)
+    else:
+        shutil.rmtree(folder, ignore_errors=True)
+    for key in KEYS[:-1]:
+        print("%s: %s" % (key, summary.get(key, "0" + UNITS.get(key, ""))))
+    print("result: %s" % result, flush=True)
+    return 0 if result == "ok" else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,311 @@
+#include "ellipsoid_vehicle_sim/contact/find_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ellipsoid_vehicle_sim/contact/shortest_push.h"
+
+namespace ellipsoid_vehicle_sim {
+namespace {
+
+// Depths that differ by less are the same push seen from two poses [m]; a nanometre is far below any contact's sag.
+constexpr double kSameDepth = 1e-9;
+// Rounding allowance when a depth is compared with its explanation [m].
+constexpr double kExplained = 1e-12;
+// h(u) changes by at most this times r_max per radian of turn when the axes' ratio is unbounded; [ContactDefinition] 6.
+constexpr double kTurnReach = 1.12;
+
+TriangleContact meet(const PosedEllipsoid& ellipsoid, const Triangle& triangle, ContactRule rule, double floor_depth) {
+  if (rule == ContactRule::kMinimumTranslation) return minimumTranslation(ellipsoid, triangle, floor_depth);
+  const TriangleContact contact = clampedPoint(ellipsoid, triangle);
+  return contact.depth > floor_depth ? contact : TriangleContact{};
+}
+
+PosedEllipsoid moved(const PosedEllipsoid& ellipsoid, const Eigen::Vector3d& push) {
+  PosedEllipsoid result = ellipsoid;
+  result.p_WE += push;
+  return result;
+}
+
+bool boxesMeet(const Candidate& candidate, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+  return candidate.low[0] <= high[0] && candidate.high[0] >= low[0] && candidate.low[1] <= high[1] &&
+         candidate.high[1] >= low[1] && candidate.low[2] <= high[2] && candidate.high[2] >= low[2];
+}
+
+bool centreInFront(const PosedEllipsoid& ellipsoid, const Triangle& triangle) {
+  return triangle.nhat_W.dot(ellipsoid.p_WE - triangle.v[0]) > 0.0;
+}
+
+// W(u): how far the supporting plane along the fixed u has moved in since the remembered pose; half_width is h0(u) there.
+double advance(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const Eigen::Vector3d& u, double half_width) {
+  return u.dot(memory.posed.p_WE - ellipsoid.p_WE) - half_width + ellipsoid.halfWidth(u);
+}
+
+// Angle between the remembered and the present axes [rad].
+double angleTurned(const Eigen::Matrix3d& R0, const Eigen::Matrix3d& R1) {
+  // |R0 - R1|_F = 2 sqrt(2) sin(angle / 2): keeps its digits for small angles, where the trace loses them.
+  return 2.0 * std::asin(std::min(1.0, (R0 - R1).norm() / (2.0 * std::sqrt(2.0))));
+}
+
+// One evaluation: the ellipsoid, the lists and what has been taken so far.
+class Evaluation {
+ public:
+  Evaluation(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const ContactOptions& options,
+             const std::vector<Candidate>& candidates, std::vector<unsigned char>& refused)
+      : ellipsoid_(ellipsoid), memory_(memory), options_(options), candidates_(candidates), refused_(refused) {
+    const Eigen::Vector3d half = ellipsoid.halfBox();
+    low_ = ellipsoid.p_WE - half;
+    high_ = ellipsoid.p_WE + half;
+    refused_.assign(candidates.size(), 0);
+  }
+
+  EllipsoidContacts run() {
+    EllipsoidContacts result;
+    int taken = -1;
+    TriangleContact first;
+    while ((taken = deepest(first)) >= 0 && !admitted(candidates_[taken].index, candidates_[taken].triangle)) refused_[taken] = 1;
+    if (taken < 0) return result;
+
+    refused_[taken] = 1;
+    take(result, candidates_[taken].index, first.nhat_W, first.p_WE_lowest, first.depth,
+         feltDepth(first, candidates_[taken]));
+    if (options_.contacts == ContactsPerEllipsoid::kValley) addValleyContacts(result, first);
+    return result;
+  }
+
+ private:
+  void take(EllipsoidContacts& result, int triangle, const Eigen::Vector3d& u, const Eigen::Vector3d& lowest, double depth,
+            double felt) const {
+    Contact& contact = result.contact[result.count++];
+    contact.triangle = triangle;
+    contact.nhat_W = u;
+    contact.p_WE_lowest = lowest;
+    contact.depth = depth;
+    contact.pressed = std::max(0.0, felt - (options_.memory ? memory_.slack : 0.0));
+    contact.share = 1.0;
+  }
+
+  // The deepest contact among the candidates that are not refused; -1 without any.
+  int deepest(TriangleContact& best) const {
+    best = {};
+    int winner = -1;
+    const auto consider = [&](int i) {
+      if (refused_[i] || !boxesMeet(candidates_[i], low_, high_)) return;
+      const Triangle& triangle = candidates_[i].triangle;
+      // Lowest index wins a tie, in whatever order they come.
+      const double floor = i < winner ? std::nextafter(best.depth, 0.0) : best.depth;
+      if (winner >= 0 && options_.rule == ContactRule::kMinimumTranslation &&
+          cannotExceed(ellipsoid_, triangle, best.nhat_W, best.depth))
+        return;
+      const TriangleContact contact = meet(ellipsoid_, triangle, options_.rule, floor);
+      if (!contact) return;
+      best = contact;
+      winner = i;
+    };
+    // The triangles of the last pose first: most others are then proved shallower without being worked out.
+    int warm = -1;
+    if (memory_.count > 0) {
+      for (int i = 0; i < static_cast<int>(candidates_.size()); ++i)
+        if (candidates_[i].index == memory_.carried[0].triangle) {
+          warm = i;
+          consider(i);
+          break;
+        }
+    }
+    for (int i = 0; i < static_cast<int>(candidates_.size()); ++i)
+      if (i != warm) consider(i);
+    return winner;
+  }
+
+  bool carried(int triangle) const {
+    for (int i = 0; i < memory_.count; ++i)
+      if (memory_.carried[i].triangle == triangle) return true;
+    return false;
+  }
+
+  // May this triangle push? It must have been known, or have had the centre in front and been no deeper than the others.
+  bool admitted(int index, const Triangle& triangle) const {
+    if (!options_.memory || memory_.fresh || carried(index)) return true;
+    if (!centreInFront(memory_.posed, triangle)) return false;
+    const TriangleContact before = meet(memory_.posed, triangle, options_.rule, 0.0);
+    if (!before) return true;
+    if (options_.contacts == ContactsPerEllipsoid::kOne || memory_.count == kMaxContactsPerEllipsoid)
+      return before.depth <= memory_.deepest + kSameDepth;
+    return meet(moved(memory_.posed, memory_.push), triangle, options_.rule, 0.0).depth <= kSameDepth;
+  }
+
+  // The part of a contact's depth that motion since the remembered pose explains; the rest is a jump.
+  double feltDepth(const TriangleContact& contact, const Candidate& candidate) const {
+    if (!options_.memory || memory_.fresh) return contact.depth;
+    const double depth = contact.depth;
+
+    double reached = -1.0, base_depth = 0.0, base_advance = 0.0;
+    const auto explain = [&](double delta, double advanced) {
+      if (delta + advanced <= reached) return;
+      reached = delta + advanced;
+      base_depth = delta;
+      base_advance = advanced;
+    };
+    for (int i = 0; i < memory_.count; ++i) {
+      const CarriedContact& base = memory_.carried[i];
+      explain(base.depth, advance(ellipsoid_, memory_, base.nhat_W, base.half_width));
+    }
+    if (depth <= reached + kExplained) return depth;
+
+    // Only now the triangle's own past is worked out: it is needed once in many steps.
+    const TriangleContact before = meet(memory_.posed, candidate.triangle, options_.rule, 0.0);
+    double bound = reached;
+    if (before) {
+      explain(before.depth, advance(ellipsoid_, memory_, before.nhat_W, memory_.posed.halfWidth(before.nhat_W)));
+      bound = reached;
+    } else {
+      const double travel = (ellipsoid_.p_WE - memory_.posed.p_WE).norm();
+      const double turn = angleTurned(memory_.posed.R_WE, ellipsoid_.R_WE);
+      bound = std::max(reached, travel + kTurnReach * turn * ellipsoid_.radii.maxCoeff());
+    }
+    if (depth <= bound + kExplained) return depth;
+
+    const double along = advance(ellipsoid_, memory_, contact.nhat_W, memory_.posed.halfWidth(contact.nhat_W));
+    if (memory_.count == 0 && !before) return std::min(depth, std::max(0.0, along));
+    return std::min(depth, std::max(0.0, base_depth + std::min(base_advance, along)));
+  }
+
+  // What still holds the ellipsoid after the push of the first contact: a wall beside the ground, a kerb's edge.
+  void addValleyContacts(EllipsoidContacts& result, const TriangleContact& first) {
+    const Eigen::Vector3d plane_point = first.trianglePoint();
+    Eigen::Vector3d push = first.depth * first.nhat_W;
+    bool rises_above_first = false;
+    for (std::size_t i = 0; i < candidates_.size(); ++i) {
+      if (refused_[i] || !boxesMeet(candidates_[i], low_, high_)) continue;
+      bool above = false;
+      for (const Eigen::Vector3d& v : candidates_[i].triangle.v)
+        above = above || first.nhat_W.dot(v - plane_point) > kSameDepth;
+      rises_above_first = rises_above_first || above;
+    }
+    // On flat and convex ground the first push clears everything.
+    if (!rises_above_first) return;
+
+    std::array<Eigen::Vector3d, kMaxContactsPerEllipsoid> nhat;
+    std::array<double, kMaxContactsPerEllipsoid> depth{};
+    nhat[0] = first.nhat_W;
+    depth[0] = first.depth;
+    while (result.count < kMaxContactsPerEllipsoid) {
+      const PosedEllipsoid pushed = moved(ellipsoid_, push);
+      TriangleContact left, at_pose;
+      int taken;
+      while ((taken = deepestLeft(pushed, left, at_pose)) >= 0 && !admitted(candidates_[taken].index, candidates_[taken].triangle)) refused_[taken] = 1;
+      if (taken < 0) return;
+      refused_[taken] = 1;
+
+      const double full = left.depth + push.dot(left.nhat_W);
+      // What the triangle's own contact owes to a jump is taken off here too.
+      const double lost = at_pose.depth - feltDepth(at_pose, candidates_[taken]);
+      const int slot = result.count;
+      take(result, candidates_[taken].index, left.nhat_W, left.p_WE_lowest - push, full, full - lost);
+      nhat[slot] = left.nhat_W;
+      depth[slot] = full;
+      push = shortestPush(nhat, depth, result.count).p;
+    }
+  }
+
+  // The deepest contact of the pushed ellipsoid with a triangle that the ellipsoid touches where it stands.
+  int deepestLeft(const PosedEllipsoid& pushed, TriangleContact& best, TriangleContact& best_at_pose) const {
+    best = {};
+    int winner = -1;
+    for (int i = 0; i < static_cast<int>(candidates_.size()); ++i) {
+      if (refused_[i] || !boxesMeet(candidates_[i], low_, high_)) continue;
+      const TriangleContact left = meet(pushed, candidates_[i].triangle, options_.rule, best.depth);
+      if (!left) continue;
+      const TriangleContact at_pose = meet(ellipsoid_, candidates_[i].triangle, options_.rule, 0.0);
+      if (!at_pose) continue;
+      best = left;
+      best_at_pose = at_pose;
+      winner = i;
+    }
+    return winner;
+  }
+
+  const PosedEllipsoid& ellipsoid_;
+  const ContactMemory& memory_;
+  const ContactOptions& options_;
+  const std::vector<Candidate>& candidates_;
+  std::vector<unsigned char>& refused_;
+  Eigen::Vector3d low_, high_;
+};
+
+}  // namespace
+
+Eigen::Vector3d assignShares(EllipsoidContacts& contacts) {
+  if (contacts.count == 0) return Eigen::Vector3d::Zero();
+  if (contacts.count == 1) {
+    contacts.contact[0].share = 1.0;
+    return contacts.contact[0].pressed * contacts.contact[0].nhat_W;
+  }
+  std::array<Eigen::Vector3d, kMaxContactsPerEllipsoid> nhat;
+  std::array<double, kMaxContactsPerEllipsoid> depth{};
+  for (int i = 0; i < contacts.count; ++i) {
+    nhat[i] = contacts.contact[i].nhat_W;
+    depth[i] = contacts.contact[i].pressed;
+  }
+  const ShortestPush push = shortestPush(nhat, depth, contacts.count);
+  for (int i = 0; i < contacts.count; ++i)
+    contacts.contact[i].share = depth[i] > 0.0 ? std::min(1.0, push.weight[i] / depth[i]) : 0.0;
+  return push.p;
+}
+
+EllipsoidContacts findContacts(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const Terrain& terrain,
+                               const ContactOptions& options, ContactFinder& finder) {
+  const Eigen::Vector3d half = ellipsoid.halfBox();
+  // The motion since the last accepted pose is at most one step's; twenty of them ahead is a good guess to be queried once.
+  constexpr double kStepsAhead = 20.0;
+  const Eigen::Vector3d travel =
+      memory.fresh ? Eigen::Vector3d::Zero().eval() : (kStepsAhead * (ellipsoid.p_WE - memory.posed.p_WE)).eval();
+  const std::vector<Candidate>& candidates =
+      finder.cache.around(ellipsoid.p_WE - half, ellipsoid.p_WE + half, travel, terrain, options.cache);
+  if (candidates.empty()) return {};
+  EllipsoidContacts contacts = Evaluation(ellipsoid, memory, options, candidates, finder.refused).run();
+  assignShares(contacts);
+  return contacts;
+}
+
+EllipsoidContacts rememberedContacts(const ContactMemory& memory, const ContactOptions& options) {
+  EllipsoidContacts result;
+  result.count = memory.count;
+  for (int i = 0; i < memory.count; ++i) {
+    const CarriedContact& carried = memory.carried[i];
+    Contact& contact = result.contact[i];
+    contact.triangle = carried.triangle;
+    contact.nhat_W = carried.nhat_W;
+    contact.p_WE_lowest = memory.posed.p_WE + memory.posed.lowestPointFromCentre(carried.nhat_W);
+    contact.depth = carried.depth;
+    contact.pressed = std::max(0.0, carried.depth - (options.memory ? memory.slack : 0.0));
+  }
+  assignShares(result);
+  return result;
+}
+
+ContactMemory rememberContacts(const PosedEllipsoid& ellipsoid, const EllipsoidContacts& contacts, const ContactMemory& old,
+                               const ContactOptions& options, double dt) {
+  ContactMemory memory;
+  memory.fresh = false;
+  memory.posed = ellipsoid;
+  memory.count = contacts.count;
+  std::array<Eigen::Vector3d, kMaxContactsPerEllipsoid> nhat;
+  std::array<double, kMaxContactsPerEllipsoid> depth{};
+  double not_charged = 0.0;
+  for (int i = 0; i < contacts.count; ++i) {
+    const Contact& contact = contacts.contact[i];
+    memory.carried[i] = {contact.triangle, contact.nhat_W, contact.depth, ellipsoid.halfWidth(contact.nhat_W)};
+    memory.deepest = std::max(memory.deepest, contact.depth);
+    not_charged = std::max(not_charged, contact.depth - contact.pressed);
+    nhat[i] = contact.nhat_W;
+    depth[i] = contact.depth;
+  }
+  memory.push = shortestPush(nhat, depth, contacts.count).p;
+  if (!options.memory || contacts.count == 0) return memory;
+  // Spawned in an overlap: none of it is charged.
+  memory.slack = old.fresh ? memory.deepest : std::max(0.0, not_charged - kSlackRelease * dt);
+  return memory;
+}
+
+}  // namespace ellipsoid_vehicle_sim

@@ -1,0 +1,73 @@
+#include "ellipsoid_vehicle_sim/description/uri_resolver.h"
+
+#include <tinyxml2.h>
+
+#include <filesystem>
+#include <utility>
+
+namespace ellipsoid_vehicle_sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::optional<std::string> existingFile(const fs::path& path) {
+  std::error_code error;
+  if (fs::is_regular_file(path, error) && !error) return path.string();
+  return std::nullopt;
+}
+
+/// The name the package.xml in this folder gives; empty if there is none to read.
+std::string packageName(const fs::path& folder) {
+  tinyxml2::XMLDocument document;
+  if (document.LoadFile((folder / "package.xml").string().c_str()) != tinyxml2::XML_SUCCESS) return {};
+  const tinyxml2::XMLElement* package = document.FirstChildElement("package");
+  const tinyxml2::XMLElement* name = package ? package->FirstChildElement("name") : nullptr;
+  const char* text = name ? name->GetText() : nullptr;
+  if (!text) return {};
+  const std::string all = text;
+  const auto first = all.find_first_not_of(" \t\r\n");
+  if (first == std::string::npos) return {};
+  return all.substr(first, all.find_last_not_of(" \t\r\n") - first + 1);
+}
+
+std::string folderName(const fs::path& folder) {
+  std::error_code error;
+  fs::path whole = fs::absolute(folder, error).lexically_normal();
+  if (whole.filename().empty()) whole = whole.parent_path();  // "dir/" ends in an empty name
+  return whole.filename().string();
+}
+
+std::optional<std::string> inPackage(const std::vector<std::string>& dirs, const std::string& name,
+                                     const std::string& rest) {
+  for (const std::string& dir : dirs) {
+    if (auto file = existingFile(fs::path(dir) / name / rest)) return file;
+    if (folderName(dir) != name && packageName(dir) != name) continue;
+    if (auto file = existingFile(fs::path(dir) / rest)) return file;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+UriResolver fileResolver(std::vector<std::string> package_dirs, std::string base_dir) {
+  return [dirs = std::move(package_dirs),
+          base = fs::path(std::move(base_dir))](const std::string& uri) -> std::optional<std::string> {
+    const std::string package = "package://", file = "file://";
+    if (uri.compare(0, package.size(), package) == 0) {
+      const auto slash = uri.find('/', package.size());
+      if (slash == std::string::npos || slash == package.size()) return std::nullopt;
+      return inPackage(dirs, uri.substr(package.size(), slash - package.size()), uri.substr(slash + 1));
+    }
+    if (uri.compare(0, file.size(), file) == 0) return existingFile(uri.substr(file.size()));
+    if (uri.empty() || uri.find("://") != std::string::npos) return std::nullopt;
+    return existingFile(base / uri);  // an absolute path replaces the base
+  };
+}
+
+UriResolver fileResolver(const std::string& file) {
+  std::string folder = fs::path(file).parent_path().string();
+  if (folder.empty()) folder = ".";
+  return fileResolver({folder}, folder);
+}
+
+}  // namespace ellipsoid_vehicle_sim

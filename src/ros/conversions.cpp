@@ -1,0 +1,134 @@
+#include "ellipsoid_vehicle_sim/ros/conversions.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ellipsoid_vehicle_sim {
+namespace {
+
+// The pose is exact; filters want some variance and take 0 for "unknown" or divide by it. A millimetre and a milliradian.
+constexpr double kTruthVariance = 1e-6;  // [m^2], [rad^2], and likewise for speeds
+
+bool finite(double value) { return std::isfinite(value); }
+
+bool allFinite(const std::vector<double>& values) { return std::all_of(values.begin(), values.end(), finite); }
+
+}  // namespace
+
+ros::Duration simulatedDuration(std::int64_t steps, double dt) {
+  // Whole seconds apart from the rest, so that the nanoseconds keep all their digits on long runs.
+  const double seconds = static_cast<double>(steps) * dt;
+  const double whole = std::floor(seconds);
+  auto sec = static_cast<std::int32_t>(whole);
+  auto nsec = static_cast<std::int32_t>(std::llround((seconds - whole) * 1e9));
+  if (nsec == 1000000000) {
+    ++sec;
+    nsec = 0;
+  }
+  return ros::Duration(sec, nsec);
+}
+
+geometry_msgs::Point toPoint(const Eigen::Vector3d& p) {
+  geometry_msgs::Point message;
+  message.x = p.x();
+  message.y = p.y();
+  message.z = p.z();
+  return message;
+}
+
+geometry_msgs::Vector3 toVector(const Eigen::Vector3d& v) {
+  geometry_msgs::Vector3 message;
+  message.x = v.x();
+  message.y = v.y();
+  message.z = v.z();
+  return message;
+}
+
+geometry_msgs::Quaternion toQuaternion(const Eigen::Quaterniond& q) {
+  geometry_msgs::Quaternion message;
+  message.w = q.w();
+  message.x = q.x();
+  message.y = q.y();
+  message.z = q.z();
+  return message;
+}
+
+geometry_msgs::Pose toPose(const Pose& X_AB) {
+  geometry_msgs::Pose message;
+  message.position = toPoint(X_AB.p);
+  message.orientation = toQuaternion(X_AB.q);
+  return message;
+}
+
+std_msgs::ColorRGBA toColor(double red, double green, double blue, double alpha) {
+  std_msgs::ColorRGBA color;
+  color.r = static_cast<float>(red);
+  color.g = static_cast<float>(green);
+  color.b = static_cast<float>(blue);
+  color.a = static_cast<float>(alpha);
+  return color;
+}
+
+nav_msgs::Odometry toOdometry(const Pose& X_WR, const Eigen::Vector3d& v_WR_W, const Eigen::Vector3d& w_WR_W,
+                              const std::string& odom_frame, const std::string& base_frame, const ros::Time& stamp) {
+  nav_msgs::Odometry message;
+  message.header.stamp = stamp;
+  message.header.frame_id = odom_frame;
+  message.child_frame_id = base_frame;
+  message.pose.pose = toPose(X_WR);
+  message.twist.twist.linear = toVector(X_WR.q.conjugate() * v_WR_W);
+  message.twist.twist.angular = toVector(X_WR.q.conjugate() * w_WR_W);
+  for (std::size_t i = 0; i < 6; ++i) {
+    message.pose.covariance[7 * i] = kTruthVariance;
+    message.twist.covariance[7 * i] = kTruthVariance;
+  }
+  return message;
+}
+
+geometry_msgs::TransformStamped toTransform(const Pose& X_WR, const std::string& odom_frame,
+                                            const std::string& base_frame, const ros::Time& stamp) {
+  geometry_msgs::TransformStamped message;
+  message.header.stamp = stamp;
+  message.header.frame_id = odom_frame;
+  message.child_frame_id = base_frame;
+  message.transform.translation = toVector(X_WR.p);
+  message.transform.rotation = toQuaternion(X_WR.q);
+  return message;
+}
+
+void toJointState(const std::vector<std::string>& names, const std::vector<JointReading>& readings,
+                  const ros::Time& stamp, sensor_msgs::JointState& message) {
+  message.header.stamp = stamp;
+  message.name = names;
+  message.position.resize(readings.size());
+  message.velocity.resize(readings.size());
+  message.effort.resize(readings.size());
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    message.position[i] = readings[i].position;
+    message.velocity[i] = readings[i].velocity;
+    message.effort[i] = readings[i].effort;
+  }
+}
+
+DriveCommand toDriveCommand(const geometry_msgs::Twist& twist) {
+  DriveCommand command;
+  command.kind = DriveCommand::Kind::kTwist;
+  command.speed = twist.linear.x;
+  command.yaw_rate = twist.angular.z;
+  return command;
+}
+
+bool allFinite(const nav_msgs::Odometry& message) {
+  const geometry_msgs::Pose& pose = message.pose.pose;
+  const geometry_msgs::Twist& twist = message.twist.twist;
+  return allFinite(std::vector<double>{pose.position.x, pose.position.y, pose.position.z, pose.orientation.w,
+                                       pose.orientation.x, pose.orientation.y, pose.orientation.z, twist.linear.x,
+                                       twist.linear.y, twist.linear.z, twist.angular.x, twist.angular.y,
+                                       twist.angular.z});
+}
+
+bool allFinite(const sensor_msgs::JointState& message) {
+  return allFinite(message.position) && allFinite(message.velocity) && allFinite(message.effort);
+}
+
+}  // namespace ellipsoid_vehicle_sim

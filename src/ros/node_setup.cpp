@@ -1,0 +1,255 @@
+#include "ellipsoid_vehicle_sim/ros/node_setup.h"
+
+#include <ros/console.h>
+#include <ros/master.h>
+#include <ros/param.h>
+#include <ros/this_node.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "ellipsoid_vehicle_sim/description/parameter_file.h"
+#include "ellipsoid_vehicle_sim/description/urdf_loader.h"
+#include "ellipsoid_vehicle_sim/description/world_file.h"
+#include "ellipsoid_vehicle_sim/ros/resources.h"
+
+namespace ellipsoid_vehicle_sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+void append(const Problems& more, Problems& problems) { problems.insert(problems.end(), more.begin(), more.end()); }
+
+void append(const std::vector<std::string>& more, std::vector<std::string>& notes) {
+  notes.insert(notes.end(), more.begin(), more.end());
+}
+
+/// The URDF as text: robot_description where it exists, otherwise the file, which then becomes robot_description.
+struct UrdfSource {
+  std::string text;
+  std::string file;  ///< for messages and as the place of its meshes.
+};
+
+Loaded<UrdfSource> findUrdf(const ros::NodeHandle& nh, const NodeOptions& options) {
+  Loaded<UrdfSource> result;
+  UrdfSource source;
+  std::string key, description;
+  const bool has_description = nh.searchParam("robot_description", key) && nh.getParam(key, description);
+
+  if (options.vehicle_file.empty()) {
+    if (!has_description) {
+      result.problems.push_back({"~vehicle_file", "no vehicle: set it to a shipped name or the path of a URDF, or load a "
+                                                  "URDF into robot_description"});
+      return result;
+    }
+    source = {description, "robot_description"};
+  } else {
+    Loaded<std::string> file = findVehicle(options.vehicle_file, "~vehicle_file");
+    append(file.problems, result.problems);
+    if (!file) return result;
+    source.file = *file.value;
+    if (has_description) {
+      source.text = description;
+      result.notes.push_back("the vehicle is the URDF in " + key + ", its files are looked for beside " + source.file);
+    } else {
+      std::ifstream in(source.file, std::ios::binary);
+      std::ostringstream text;
+      text << in.rdbuf();
+      source.text = text.str();
+      // For robot_state_publisher, RViz and whoever else wants to know the robot.
+      nh.setParam("robot_description", source.text);
+    }
+  }
+  result.value = std::move(source);
+  return result;
+}
+
+/// The parameter server's values, over those of a file VEHICLE.yaml beside the vehicle.
+Loaded<NodeParameters> loadParameters(const ros::NodeHandle& nh_priv) {
+  Loaded<NodeParameters> result;
+  Loaded<ParameterValues> server = readParameterServer(nh_priv);
+  std::vector<ParameterSource> sources;
+  Problems problems = server.problems;
+  std::vector<std::string> notes;
+  std::string vehicle;
+  if (nh_priv.getParam("vehicle_file", vehicle)) {
+    // A vehicle that is not found is reported where it is loaded.
+    if (const Loaded<std::string> file = findVehicle(vehicle, ""); file) {
+      const fs::path beside = fs::path(*file.value).replace_extension(".yaml");
+      std::error_code error;
+      if (fs::is_regular_file(beside, error)) {
+        Loaded<ParameterValues> values = readParameterFile(beside.string());
+        append(values.problems, problems);
+        if (values) sources.push_back({beside.filename().string() + " ", std::move(*values.value)});
+        notes.push_back("parameters of this vehicle are taken from " + beside.string());
+      }
+    }
+  }
+  if (server) sources.push_back({"~", std::move(*server.value)});
+  result = parametersFrom(std::move(sources));
+  result.notes = notes;
+  result.problems.insert(result.problems.begin(), problems.begin(), problems.end());
+  if (!result.problems.empty()) result.value.reset();
+  return result;
+}
+
+/// "JOINT=ROLE" words as the URDF loader wants them.
+std::map<std::string, JointRole> parseRoles(const std::vector<std::string>& words, Problems& problems) {
+  constexpr std::array<JointRole, 7> kRoles = {JointRole::kLocked,     JointRole::kDrive,   JointRole::kFreeWheel,
+                                               JointRole::kSteer,      JointRole::kSuspension, JointRole::kPassive,
+                                               JointRole::kPrescribed};
+  std::map<std::string, JointRole> roles;
+  for (const std::string& word : words) {
+    const std::size_t equals = word.find('=');
+    const std::string role_name = equals == std::string::npos ? "" : word.substr(equals + 1);
+    const auto role = std::find_if(kRoles.begin(), kRoles.end(),
+                                   [&role_name](JointRole candidate) { return role_name == toString(candidate); });
+    if (role == kRoles.end()) {
+      std::string known;
+      for (const JointRole candidate : kRoles) known += (known.empty() ? "" : ", ") + std::string(toString(candidate));
+      problems.push_back({"~joint_roles", "'" + word + "' is not JOINT=ROLE with one of the roles " + known});
+    } else {
+      roles[word.substr(0, equals)] = *role;
+    }
+  }
+  return roles;
+}
+
+/// Only one node may be the source of time; and without use_sim_time nobody would listen to it.
+Problems checkClock(ClockMode mode) {
+  Problems problems;
+  bool use_sim_time = false;
+  ros::param::get("/use_sim_time", use_sim_time);
+  if (mode == ClockMode::kWall) {
+    if (use_sim_time) problems.push_back({"~clock", "'wall' with /use_sim_time true: set one of them otherwise"});
+    return problems;
+  }
+  if (!use_sim_time) {
+    problems.push_back({"~clock", std::string("'") + (mode == ClockMode::kPublish ? "publish" : "follow") +
+                                      "' needs simulated time: <param name=\"/use_sim_time\" value=\"true\"/> before the "
+                                      "nodes, or 'rosparam set /use_sim_time true'; or set ~clock to wall"});
+  }
+  if (mode == ClockMode::kFollow) return problems;
+
+  // getSystemState: [[[topic, [node, ...]], ...], subscribers, services].
+  XmlRpc::XmlRpcValue request, response, state;
+  request[0] = ros::this_node::getName();
+  if (!ros::master::execute("getSystemState", request, response, state, false)) return problems;
+  for (int i = 0; i < state[0].size(); ++i) {
+    if (static_cast<std::string>(state[0][i][0]) != "/clock") continue;
+    for (int j = 0; j < state[0][i][1].size(); ++j) {
+      const std::string node = state[0][i][1][j];
+      if (node == ros::this_node::getName()) continue;
+      problems.push_back({"~clock", "'publish', but " + node + " publishes /clock already: two clocks would make time jump; "
+                                    "stop it, or set ~clock to follow"});
+    }
+  }
+  return problems;
+}
+
+/// Largest distance across the ellipsoids with all joints at zero.
+double vehicleLength(const VehicleDescription& vehicle) {
+  std::vector<Pose> X_RL(vehicle.links.size());
+  Eigen::AlignedBox3d box;
+  for (std::size_t i = 0; i < vehicle.links.size(); ++i) {
+    if (i > 0) {
+      const JointDescription& joint = vehicle.joints[i - 1];
+      const auto parent = std::find_if(vehicle.links.begin(), vehicle.links.end(),
+                                       [&joint](const LinkDescription& link) { return link.name == joint.parent; });
+      X_RL[i] = X_RL[static_cast<std::size_t>(parent - vehicle.links.begin())] * joint.X_PJ;
+    }
+    for (const EllipsoidDescription& ellipsoid : vehicle.links[i].ellipsoids) {
+      const Pose X_RE = X_RL[i] * ellipsoid.X_LE;
+      const Eigen::Vector3d reach = Eigen::Vector3d::Constant(ellipsoid.radii.maxCoeff());
+      box.extend(Eigen::AlignedBox3d(Eigen::Vector3d(X_RE.p - reach), Eigen::Vector3d(X_RE.p + reach)));
+    }
+  }
+  return box.isEmpty() ? 1.0 : box.sizes().maxCoeff();
+}
+
+}  // namespace
+
+Loaded<NodeSetup> loadSetup(const ros::NodeHandle& nh, const ros::NodeHandle& nh_priv) {
+  Loaded<NodeSetup> result;
+  Problems& problems = result.problems;
+  Loaded<NodeParameters> parameters = loadParameters(nh_priv);
+  append(parameters.problems, problems);
+  append(parameters.notes, result.notes);
+  // Go on with the defaults where a parameter was refused: the files may hold problems of their own.
+  NodeOptions options;
+  SimConfig config;
+  if (parameters) {
+    options = parameters.value->options;
+    config = parameters.value->config;
+    append(checkClock(options.clock), problems);
+  } else {
+    nh_priv.getParam("vehicle_file", options.vehicle_file);
+    nh_priv.getParam("world", options.world);
+  }
+
+  // Vehicle.
+  Loaded<UrdfSource> urdf = findUrdf(nh, options);
+  append(urdf.problems, problems);
+  append(urdf.notes, result.notes);
+  Loaded<VehicleDescription> vehicle;
+  if (urdf) {
+    UrdfOptions urdf_options;
+    urdf_options.drive_joints = options.drive_joints;
+    urdf_options.roles = parseRoles(options.joint_roles, problems);
+    vehicle = loadUrdfText(urdf.value->text, urdf.value->file, packageResolver(options.package_dirs, urdf.value->file),
+                           urdf_options);
+    append(vehicle.problems, problems);
+    append(vehicle.notes, result.notes);
+  }
+
+  // World.
+  std::shared_ptr<const Terrain> terrain;
+  WorldStart start;
+  if (options.world.empty()) {
+    problems.push_back({"~world", "no world: set it to a shipped name or the path of a mesh or world YAML"});
+  } else {
+    Loaded<std::string> file = findWorld(options.world, "~world");
+    append(file.problems, problems);
+    if (file) {
+      Loaded<World> world = loadWorld(*file.value);
+      append(world.problems, problems);
+      append(world.notes, result.notes);
+      if (world) {
+        start = world.value->start;
+        Loaded<Terrain> built = Terrain::build(std::move(world.value->soup));
+        append(built.problems, problems);
+        append(built.notes, result.notes);
+        if (built) terrain = std::make_shared<const Terrain>(std::move(*built.value));
+      }
+    }
+  }
+  if (options.start.size() == 3) start = {options.start[0], options.start[1], options.start[2]};
+  if (vehicle && !options.base_frame.empty() && options.base_frame != vehicle.value->root) {
+    problems.push_back({"~base_frame", "'" + options.base_frame + "' is not the root link '" + vehicle.value->root +
+                                           "' of the URDF: tf would give a link two parents; leave it out, or name the root"});
+  }
+  if (!parameters || !vehicle || !terrain) return result;
+
+  // Simulator.
+  Loaded<Simulator> simulator = Simulator::create(*vehicle.value, terrain, config);
+  append(simulator.problems, problems);
+  append(simulator.notes, result.notes);
+  if (simulator) append(simulator.value->setDown(start.x, start.y, start.yaw), problems);
+  if (!problems.empty()) return result;
+
+  append(simulator.value->loadReport(), result.notes);
+  result.value.emplace(NodeSetup{options, terrain, std::move(*simulator.value), vehicle.value->root,
+                                 vehicleLength(*vehicle.value), result.notes});
+  return result;
+}
+
+void logProblems(const Problems& problems) {
+  for (const Problem& problem : problems) ROS_ERROR("%s", problem.text().c_str());
+  ROS_ERROR("%zu problem%s, not started", problems.size(), problems.size() == 1 ? "" : "s");
+}
+
+}  // namespace ellipsoid_vehicle_sim

@@ -1,0 +1,155 @@
+#include "ellipsoid_vehicle_sim/ros/parameters.h"
+
+#include <ros/param.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ellipsoid_vehicle_sim {
+namespace {
+
+/// nullopt for what no parameter can be: a nested dictionary, binary data, a mixed list.
+std::optional<ParameterValue> fromXmlRpc(XmlRpc::XmlRpcValue& value) {
+  using V = XmlRpc::XmlRpcValue;
+  switch (value.getType()) {
+    case V::TypeBoolean: return ParameterValue(static_cast<bool>(value));
+    case V::TypeInt: return ParameterValue(static_cast<std::int64_t>(static_cast<int>(value)));
+    case V::TypeDouble: return ParameterValue(static_cast<double>(value));
+    case V::TypeString: return ParameterValue(static_cast<std::string>(value));
+    case V::TypeArray: break;
+    default: return std::nullopt;
+  }
+  std::vector<double> numbers;
+  std::vector<std::string> texts;
+  for (int i = 0; i < value.size(); ++i) {
+    if (value[i].getType() == V::TypeInt) numbers.push_back(static_cast<int>(value[i]));
+    if (value[i].getType() == V::TypeDouble) numbers.push_back(static_cast<double>(value[i]));
+    if (value[i].getType() == V::TypeString) texts.push_back(static_cast<std::string>(value[i]));
+  }
+  const auto size = static_cast<std::size_t>(value.size());
+  if (texts.size() == size && size > 0) return ParameterValue(texts);
+  if (numbers.size() == size) return ParameterValue(numbers);
+  return std::nullopt;
+}
+
+/// What only several values together can get wrong.
+void checkTogether(const NodeParameters& parameters, Problems& problems) {
+  const NodeOptions& options = parameters.options;
+  const double tick_rate = 1.0 / parameters.config.dt;
+  const auto checkRate = [&](const char* key, double rate) {
+    // Half a tick of room: 1000 Hz at a tick of 1 ms is fine whatever 1/dt rounds to.
+    if (rate <= 1.5 * tick_rate) return;
+    problems.push_back({std::string("~") + key, "'" + valueText(rate) + "' Hz is more than one message a tick of " +
+                                         valueText(parameters.config.dt) + " s"});
+  };
+  checkRate("clock_rate", options.clock_rate);
+  checkRate("publish_rate", options.publish_rate);
+  checkRate("marker_rate", options.marker_rate);
+  if (options.clock != ClockMode::kPublish && options.lockstep) {
+    problems.push_back({"~lockstep", "'true' needs clock: publish, or nobody could wait for anybody"});
+  }
+  if (options.clock != ClockMode::kPublish && options.real_time_factor != 1.0) {
+    problems.push_back({"~real_time_factor", "'" + valueText(options.real_time_factor) +
+                                                        "' needs clock: publish, allowed otherwise is 1"});
+  }
+}
+
+}  // namespace
+
+ParameterTable<NodeOptions> nodeParameters() {
+  using O = NodeOptions;
+  return {
+      textParameter("vehicle_file", &O::vehicle_file,
+                    "Name of a shipped vehicle or path of a URDF. Where the parameter robot_description exists, the URDF is "
+                    "that text, and this path only finds its meshes; otherwise robot_description is set from this file."),
+      listParameter("package_dirs", "", 0, &O::package_dirs,
+                    "Folders searched for NAME of package://NAME/... before ROS is asked. Not given: the vehicle's."),
+      textParameter("world", &O::world, "Name of a shipped world, or path of a mesh (STL, OBJ, DAE) or of a world YAML."),
+      listParameter("drive_joints", "", 0, &O::drive_joints,
+                    "The driven wheels, all of them. Not given: found out from the URDF, and logged."),
+      listParameter("joint_roles", "", 0, &O::joint_roles,
+                    "JOINT=ROLE for joints whose role is not what the log says; roles: locked, drive, free_wheel, steer, "
+                    "suspension, passive, prescribed."),
+      listParameter("start", "m, m, rad", 3, &O::start, "x, y and yaw at which the vehicle is set down. Not given: the world's."),
+      textParameter("odom_frame", &O::odom_frame, "Frame of the world in tf and messages (REP-105)."),
+      textParameter("base_frame", &O::base_frame,
+                    "Frame of the vehicle; only the URDF's root link can be it. Not given: that link."),
+      flagParameter("publish_tf", &O::publish_tf, "Send odom_frame -> base_frame to tf."),
+      choiceParameter<O, ClockMode>(
+          "clock", {{"publish", ClockMode::kPublish}, {"follow", ClockMode::kFollow}, {"wall", ClockMode::kWall}}, &O::clock,
+          "publish: this node is the source of /clock (needs /use_sim_time). follow: another node is. wall: stamps are wall "
+          "time."),
+      numberParameter("clock_rate", "Hz", 1.0, 1e6, &O::clock_rate, "Of /clock, in simulated time, like all rates here."),
+      numberParameter("publish_rate", "Hz", 0.1, 1e6, &O::publish_rate,
+                      "Of odom, tf and joint_states. In lockstep one command is awaited after each."),
+      numberParameter("marker_rate", "Hz", 0.1, 1e6, &O::marker_rate, "Of contact_markers."),
+      numberParameter("real_time_factor", "-", 0.0, 1e6, &O::real_time_factor,
+                      "Simulated time over wall time; 0: as fast as possible. Falling behind is reported."),
+      flagParameter("lockstep", &O::lockstep,
+                    "Simulated time waits for the commander: after each odom the next command must come. Free-running "
+                    "commands reach a fast simulation at random times; these do not."),
+      numberParameter("lockstep_timeout", "s", 0.0, 1e6, &O::lockstep_timeout,
+                      "Wall time to wait for that command before giving up with an error; 0: for ever."),
+      numberParameter("duration", "s", 0.0, 1e9, &O::duration, "Simulated time after which the node ends; 0: never."),
+      numberParameter("contact_arrow_scale", "m/N", 1e-9, 1e3, &O::contact_arrow_scale,
+                      "Length of contact arrows. Not given: the weight of the vehicle is as long as the vehicle."),
+      numberParameter("world_marker_limit", "-", 1000.0, 1e8, &O::world_marker_limit,
+                      "Triangles shown at most; of a larger world only the part around the vehicle."),
+      textParameter("summary_file", &O::summary_file, "File for the report that is also logged at the end."),
+  };
+}
+
+std::string parameterManual() {
+  std::string manual =
+      "# Parameters of ellipsoid_vehicle_sim_node: all of them, with meaning, range, unit and default. Take away the '#' of a\n"
+      "# line to set it; one without a value is derived from vehicle and step unless given. A file VEHICLE.yaml beside\n"
+      "# VEHICLE.urdf sets what is special to that vehicle; this file wins over it.\n"
+      "# Written from the tables in the code: parameters_test compares, and ELLIPSOID_VEHICLE_SIM_UPDATE=1 writes it anew.\n";
+  manual += "\n# --- The node ---\n";
+  for (const auto& row : nodeParameters()) manual += manualEntry(row.spec, row.get(NodeOptions{}));
+  manual += "\n# --- The physics ---\n";
+  for (const auto& row : simConfigParameters()) manual += manualEntry(row.spec, row.get(SimConfig{}));
+  return manual;
+}
+
+Loaded<ParameterValues> readParameterServer(const ros::NodeHandle& nh_priv) {
+  Loaded<ParameterValues> result;
+  ParameterValues values;
+  XmlRpc::XmlRpcValue all;
+  if (ros::param::get(nh_priv.getNamespace(), all) && all.getType() == XmlRpc::XmlRpcValue::TypeStruct) {
+    for (auto& [key, value] : all) {
+      if (auto known = fromXmlRpc(value)) {
+        values.emplace(key, std::move(*known));
+      } else {
+        result.problems.push_back({"~" + key, "is a dictionary or a mixed list, which no parameter of this node is"});
+      }
+    }
+  }
+  if (result.problems.empty()) result.value = std::move(values);
+  return result;
+}
+
+Loaded<NodeParameters> parametersFrom(std::vector<ParameterSource> sources) {
+  const auto config_table = simConfigParameters();
+  const auto node_table = nodeParameters();
+  std::vector<std::string> known = parameterKeys(node_table);
+  const std::vector<std::string> config_keys = parameterKeys(config_table);
+  known.insert(known.end(), config_keys.begin(), config_keys.end());
+
+  NodeParameters parameters;
+  Loaded<NodeParameters> result;
+  const auto add = [&result](const Problems& more) {
+    result.problems.insert(result.problems.end(), more.begin(), more.end());
+  };
+  for (ParameterSource& source : sources) {
+    add(takeParameters(node_table, source.where, source.values, parameters.options));
+    add(takeParameters(config_table, source.where, source.values, parameters.config));
+    add(unknownParameters(source.values, known, source.where));
+  }
+  checkTogether(parameters, result.problems);
+  add(parameters.config.validate());
+  if (result.problems.empty()) result.value = std::move(parameters);
+  return result;
+}
+
+}  // namespace ellipsoid_vehicle_sim

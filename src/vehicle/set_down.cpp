@@ -1,0 +1,195 @@
+#include "set_down.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "contact_laws.h"
+#include "ellipsoid_vehicle_sim/dynamics/integrator.h"
+#include "wheel_loads.h"
+
+namespace ellipsoid_vehicle_sim {
+namespace {
+
+using Eigen::Vector3d;
+
+// Ground steeper than this is no place to stand [rad].
+constexpr double kSteepest = 50.0 * M_PI / 180.0;
+// Extra damping while settling [1/s]: critical for a ride of about 1 Hz, harmless for everything stiffer.
+constexpr double kSettlingDamping = 10.0;
+// At rest when no part moves faster than this, in metres and radians per second.
+constexpr double kAtRest = 1e-6;
+constexpr int kQuietSteps = 100;
+constexpr int kMostSteps = 300000;
+constexpr double kLongestSettling = 60.0;
+
+// Height of the topmost ground that faces up below (x, y).
+std::optional<double> groundHeight(const Terrain& terrain, double x, double y) {
+  for (const HeightHit& hit : terrain.heights(x, y))
+    if (hit.faces_up) return hit.z;
+  return std::nullopt;
+}
+
+std::string at(double x, double y) {
+  char text[80];
+  std::snprintf(text, sizeof text, "set-down at (%.4g, %.4g)", x, y);
+  return text;
+}
+
+// Mean slope of the ground under the wheels, as the up direction; straight up where it cannot be told.
+Vector3d groundNormal(const VehicleModel& model, const Terrain& terrain, double x, double y, double yaw, double z) {
+  const auto& wheels = model.drive.wheels;
+  if (wheels.size() < 3) return Vector3d::UnitZ();
+  Eigen::MatrixXd A(wheels.size(), 3);
+  Eigen::VectorXd b(wheels.size());
+  for (std::size_t i = 0; i < wheels.size(); ++i) {
+    const Vector3d p = Eigen::AngleAxisd(yaw, Vector3d::UnitZ()) * wheels[i].p_RW;
+    A.row(i) << 1.0, p.x(), p.y();
+    b[i] = groundHeight(terrain, x + p.x(), y + p.y()).value_or(z) - z;
+  }
+  const Vector3d fit = A.completeOrthogonalDecomposition().solve(b);
+  const Vector3d n = Vector3d(-fit[1], -fit[2], 1.0).normalized();
+  return std::acos(std::clamp(n.z(), -1.0, 1.0)) < kSteepest ? n : Vector3d::UnitZ();
+}
+
+double largestSpeed(const Motion& x) {
+  double speed = std::max(x.v_WB.norm(), x.w_WB.norm());
+  for (const double qd : x.qd) speed = std::max(speed, std::abs(qd));
+  return speed;
+}
+
+// A step that every contact bears while settling, whatever the run's own step.
+double settlingStep(const VehicleModel& model) {
+  double dt = kDefaultTick;
+  for (const ModelEllipsoid& e : model.ellipsoids) {
+    const auto limit = [&](double k, double c, double m) {
+      if (!(m > 0.0)) return;
+      const double rate = std::max(std::sqrt(k / m), c / m);
+      if (rate > 0.0) dt = std::min(dt, 0.4 / rate);
+    };
+    limit(e.law.stiffness, e.law.damping, e.normal_mass);
+    limit(e.law.tangential_stiffness, e.law.tangential_damping, e.tangential_mass);
+  }
+  return dt;
+}
+
+// Raises the vehicle until nothing overlaps the ground and no centre is below it.
+bool raiseClear(const VehicleModel& model, const Terrain& terrain, const SimConfig& config, VehicleDynamics& dynamics,
+                VehicleState& state) {
+  ContactOptions options{config.contact_rule, ContactsPerEllipsoid::kOne, false, false};
+  std::vector<ContactFinder> finders(model.ellipsoids.size());
+  MotionRate k = dynamics.makeRate();
+  const ContactMemory unknown;
+  for (int attempt = 0; attempt < 200; ++attempt) {
+    dynamics.evaluate(state, k);
+    double lift = 0.0;
+    for (std::size_t i = 0; i < model.ellipsoids.size(); ++i) {
+      const ModelEllipsoid& e = model.ellipsoids[i];
+      const BodyKinematics& body = dynamics.tree().kinematics(e.body);
+      const PosedEllipsoid posed(state.motion.X_WB.p + body.p_OB + body.R_WB * e.X_BE.p, body.R_WB * e.R_BE, e.radii);
+      if (const auto ground = groundHeight(terrain, posed.p_WE.x(), posed.p_WE.y()))
+        lift = std::max(lift, *ground + 1e-3 * e.radii.minCoeff() - posed.p_WE.z());
+      const EllipsoidContacts contacts = findContacts(posed, unknown, terrain, options, finders[i]);
+      if (contacts.count > 0)
+        lift = std::max(lift, contacts.contact[0].depth / std::max(contacts.contact[0].nhat_W.z(), 0.2) + 1e-6);
+    }
+    if (lift == 0.0) return true;
+    state.motion.X_WB.p.z() += lift;
+  }
+  return false;
+}
+
+}  // namespace
+
+VehicleState restState(const VehicleModel& model, const VehicleDynamics& dynamics) {
+  VehicleState state;
+  state.motion = dynamics.makeMotion();
+  for (std::size_t j = 0; j < model.dynamic_joints.size(); ++j) state.motion.q[j] = model.dynamic_joints[j].rest;
+  state.memory.assign(model.ellipsoids.size(), ContactMemory{});
+  state.profiles.assign(model.prescribed_joints.size(), ProfileState{});
+  for (std::size_t p = 0; p < model.prescribed_joints.size(); ++p) {
+    const PrescribedJoint& joint = model.prescribed_joints[p];
+    state.profiles[p].position = state.profiles[p].target = std::clamp(0.0, joint.lower, joint.upper);
+  }
+  state.treads.assign(model.treads.size(), TreadState{});
+  state.drive.wheel_speed.assign(model.drive.wheels.size(), 0.0);
+  state.drive.integral.assign(model.drive.wheels.size(), 0.0);
+  return state;
+}
+
+Problems settle(const VehicleModel& model, const SimConfig& config, const Terrain& terrain, VehicleDynamics& dynamics,
+                double x, double y, double yaw, VehicleState& state) {
+  if (!std::isfinite(x) || !std::isfinite(y) || !std::isfinite(yaw)) return {{at(x, y), "position and heading must be finite numbers"}};
+  const auto ground = groundHeight(terrain, x, y);
+  if (!ground) return {{at(x, y), "there is no ground below that faces up"}};
+
+  // Just above the ground, along its mean slope.
+  VehicleState start = restState(model, dynamics);
+  const Vector3d up = groundNormal(model, terrain, x, y, yaw, *ground);
+  const Eigen::Quaterniond q =
+      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), up) * Eigen::AngleAxisd(yaw, Vector3d::UnitZ());
+  double bottom = 0.0;
+  const RestGeometry rest = restGeometry(model);
+  for (const ModelEllipsoid& e : model.ellipsoids) {
+    const Pose X_RE = rest.X_RB[e.body] * e.X_BE;
+    bottom = std::min(bottom, X_RE.p.z() - (X_RE.q.toRotationMatrix() * e.radii.asDiagonal()).row(2).norm());
+  }
+  const Pose X_WR{Vector3d(x, y, *ground) - up * bottom, q};
+  start.motion.X_WB = X_WR * model.X_BR.inverse();
+  if (!raiseClear(model, terrain, config, dynamics, start)) return {{at(x, y), "no free space above the ground found there"}};
+
+  if (config.gravity == 0.0) {
+    dynamics.accept(start, 0.0);
+    state = start;
+    return {};
+  }
+
+  // Let down: brakes on, friction that holds, extra damping. Statics do not depend on how it got there.
+  dynamics.overrideFriction(FrictionMode::kAnchored);
+  const double dt = settlingStep(model);
+  MotionRate k[4] = {dynamics.makeRate(), dynamics.makeRate(), dynamics.makeRate(), dynamics.makeRate()};
+  Motion scratch = dynamics.makeMotion();
+  dynamics.accept(start, dt);
+  const double keep = 1.0 / (1.0 + kSettlingDamping * dt);
+  int quiet = 0;
+  const int most = std::min(kMostSteps, static_cast<int>(kLongestSettling / dt));
+  bool finite = true;
+  for (int step = 0; step < most && quiet < kQuietSteps && finite; ++step) {
+    dynamics.beginStep(start, dt);
+    semiImplicitEulerStep(dynamics, start.motion, dt, k, scratch);
+    start.motion.v_WB *= keep;
+    start.motion.w_WB *= keep;
+    for (double& qd : start.motion.qd) qd *= keep;
+    finite = start.motion.allFinite() && largestSpeed(start.motion) < 1e6;
+    if (!finite) break;
+    dynamics.accept(start, dt);
+    bool touching = false;
+    for (const ContactMemory& memory : start.memory) touching = touching || memory.count > 0;
+    quiet = touching && largestSpeed(start.motion) < kAtRest ? quiet + 1 : 0;
+  }
+  dynamics.overrideFriction(std::nullopt);
+  if (!finite || quiet < kQuietSteps) {
+    char text[200];
+    std::snprintf(text, sizeof text, "the vehicle finds no rest there: after %.3g s it still moves at %.3g m/s (it slides, tips, or falls off)",
+                  most * dt, finite ? largestSpeed(start.motion) : INFINITY);
+    return {{at(x, y), text}};
+  }
+
+  int supports = 0;
+  for (const ContactMemory& memory : start.memory) supports += memory.count > 0 ? 1 : 0;
+  const int needed = std::min<int>(3, static_cast<int>(model.ellipsoids.size()));
+  if (supports < needed)
+    return {{at(x, y), "the vehicle would rest on " + std::to_string(supports) + " support(s); at least " +
+                           std::to_string(needed) + " are needed"}};
+
+  // Exactly still; what slack the touch-down left is none of the run's business.
+  start.motion.v_WB.setZero();
+  start.motion.w_WB.setZero();
+  std::fill(start.motion.qd.begin(), start.motion.qd.end(), 0.0);
+  for (ContactMemory& memory : start.memory) memory.slack = 0.0;
+  state = start;
+  return {};
+}
+
+}  // namespace ellipsoid_vehicle_sim

@@ -1,0 +1,94 @@
+#include "ellipsoid_vehicle_sim/vehicle/parameter_table.h"
+
+namespace ellipsoid_vehicle_sim {
+
+ParameterTable<SimConfig> simConfigParameters() {
+  using C = SimConfig;
+  const std::vector<std::pair<std::string, FrictionMode>> friction_modes = {
+      {"viscous", FrictionMode::kViscous}, {"anchored", FrictionMode::kAnchored}, {"brush", FrictionMode::kBrush}};
+  return {
+      // Time.
+      numberParameter("dt", "s", 1e-6, 0.1, &C::dt,
+                      "Tick: the fixed step of the simulation. A step the vehicle's stiffest mode cannot hold is refused, "
+                      "with the largest that can."),
+      choiceParameter<C, IntegratorKind>("integrator",
+                                         {{"rk4", IntegratorKind::kRk4},
+                                          {"semi_implicit_euler", IntegratorKind::kSemiImplicitEuler},
+                                          {"explicit_euler", IntegratorKind::kExplicitEuler}},
+                                         &C::integrator,
+                                         "rk4 evaluates four times a tick and is the most accurate; semi_implicit_euler is "
+                                         "the cheapest that keeps a vehicle standing; explicit_euler is a baseline."),
+      flagParameter("allow_unstable", &C::allow_unstable,
+                    "Run although the step cannot hold; only to show what happens then."),
+      // World.
+      numberParameter("gravity", "m/s^2", 0.0, 100.0, &C::gravity, "Gravity along -z."),
+      // Contact.
+      choiceParameter<C, ContactRule>(
+          "contact_rule",
+          {{"minimum_translation", ContactRule::kMinimumTranslation}, {"clamped_point", ContactRule::kClampedPoint}},
+          &C::contact_rule, "Which point of a triangle counts. clamped_point is a baseline for comparison."),
+      choiceParameter<C, ContactsPerEllipsoid>(
+          "contacts_per_ellipsoid", {{"one", ContactsPerEllipsoid::kOne}, {"valley", ContactsPerEllipsoid::kValley}},
+          &C::contacts_per_ellipsoid,
+          "one: the deepest triangle alone pushes. valley: also a second one that faces elsewhere, so that ground and wall "
+          "carry at once."),
+      flagParameter("contact_memory", &C::contact_memory,
+                    "Admission and slack: what starts below the ground is not thrown out. Off only to show what it is for."),
+      flagParameter("candidate_cache", &C::candidate_cache,
+                    "Keep the triangles near an ellipsoid over several steps. Changes no result, only the time."),
+      numberParameter("stiffness", "N/m", 1.0, 1e12, &C::stiffness,
+                      "Stiffness of every contact. Not given: from contact_time, or derived from vehicle and step, and logged."),
+      numberParameter("damping", "N s/m", 0.0, 1e9, &C::damping,
+                      "Damping of every contact, together with stiffness. Not given: from restitution."),
+      numberParameter("contact_time", "s", 1e-6, 1.0, &C::contact_time,
+                      "Duration of a light touch, instead of stiffness."),
+      numberParameter("restitution", "-", 1e-3, 1.0, &C::restitution,
+                      "Rebound speed over impact speed of a light touch, unless damping is given."),
+      // Friction.
+      choiceParameter("body_friction", friction_modes, &C::body_friction,
+                      "Friction of ellipsoids that are no ground wheels. viscous creeps on slopes."),
+      choiceParameter("wheel_friction", friction_modes, &C::wheel_friction,
+                      "Friction of ground wheels. brush has slip and cornering stiffness, and holds at standstill."),
+      numberParameter("mu_static", "-", 0.0, 10.0, &C::mu_static,
+                      "Coulomb coefficient before sliding, where the surface has none of its own."),
+      numberParameter("mu_kinetic", "-", 0.0, 10.0, &C::mu_kinetic,
+                      "Coulomb coefficient while sliding; not above mu_static."),
+      numberParameter("stribeck_speed", "m/s", 1e-6, 100.0, &C::stribeck_speed,
+                      "Slip at which the coefficient has fallen from static to kinetic."),
+      numberParameter("viscous_friction", "N s/m", 0.0, 1e9, &C::viscous_friction,
+                      "Coefficient of viscous friction; only in that mode."),
+      numberParameter("tangential_stiffness", "N/m", 1.0, 1e12, &C::tangential_stiffness,
+                      "Stiffness of the friction spring. Not given: derived for each ellipsoid, and logged."),
+      numberParameter("tangential_damping", "N s/m", 0.0, 1e9, &C::tangential_damping,
+                      "Damping of the friction spring. Not given: derived for each ellipsoid, and logged."),
+      numberParameter("brush_length", "m", 1e-4, 10.0, &C::brush_length,
+                      "Relaxation length of a tyre's patch: slip stiffness is tangential_stiffness times this. Not given: "
+                      "derived for each wheel, and logged."),
+      // Vehicle.
+      flagParameter("solid_compound", &C::solid_compound,
+                    "Lock every joint: one rigid body, whose wheels are treads that turn without mass."),
+      choiceParameter<C, Differential>("differential",
+                                       {{"open", Differential::kOpen},
+                                        {"locked", Differential::kLocked},
+                                        {"per_wheel", Differential::kPerWheel}},
+                                       &C::differential, "How the torque of a driven axle reaches its two wheels."),
+      numberParameter("max_speed", "m/s", 0.0, 200.0, &C::max_speed, "Commanded speeds are cut to it."),
+      numberParameter("max_acceleration", "m/s^2", 1e-3, 1000.0, &C::max_acceleration, "Of the speed command."),
+      numberParameter("max_deceleration", "m/s^2", 1e-3, 1000.0, &C::max_deceleration,
+                      "Of the speed command, and of the brakes."),
+      numberParameter("max_drive_torque", "N m", 0.0, 1e6, &C::max_drive_torque,
+                      "Of each driven wheel. Not given: the joint's effort limit."),
+      numberParameter("max_power", "W", 0.0, 1e8, &C::max_power, "Of all driven wheels together. Not given: no limit."),
+      numberParameter("brake_balance", "-", 0.0, 1.0, &C::brake_balance, "Share of the braking on the front half."),
+      numberParameter("steer_rate", "rad/s", 1e-3, 100.0, &C::steer_rate,
+                      "Of steering joints, unless their own velocity limit is lower."),
+      numberParameter("steer_acceleration", "rad/s^2", 1e-3, 1e4, &C::steer_acceleration, "Of steering joints."),
+      numberParameter("command_timeout", "s", 1e-3, 3600.0, &C::command_timeout,
+                      "A command older than this, in simulated time, means brake."),
+      numberParameter("ride_frequency", "Hz", 0.1, 50.0, &C::ride_frequency,
+                      "Of a suspension joint without a spring in the URDF."),
+      numberParameter("ride_damping_ratio", "-", 0.0, 10.0, &C::ride_damping_ratio, "Likewise, of its damper."),
+  };
+}
+
+}  // namespace ellipsoid_vehicle_sim

@@ -1,0 +1,358 @@
+#include "ellipsoid_vehicle_sim/vehicle/simulator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "ellipsoid_vehicle_sim/dynamics/integrator.h"
+#include "ellipsoid_vehicle_sim/vehicle/drive.h"
+#include "ellipsoid_vehicle_sim/vehicle/vehicle_dynamics.h"
+#include "set_down.h"
+
+namespace ellipsoid_vehicle_sim {
+namespace {
+
+using Eigen::Vector3d;
+
+// Beyond these a state counts as exploded [m/s, rad/s, m]: ten times what any test at the extremes asks for.
+constexpr double kFastest = 1e5, kFastestSpin = 1e6, kFarthest = 1e9;
+
+bool sane(const Motion& x) {
+  return x.allFinite() && x.v_WB.norm() < kFastest && x.w_WB.norm() < kFastestSpin && x.X_WB.p.norm() < kFarthest;
+}
+
+// A flat ground of the vehicle's own, to stand on while it is certified.
+Terrain flatGround(const SimConfig& config) {
+  TriangleSoup soup;
+  constexpr double kHalfSize = 500.0;
+  soup.vertices = {{-kHalfSize, -kHalfSize, 0}, {kHalfSize, -kHalfSize, 0}, {kHalfSize, kHalfSize, 0}, {-kHalfSize, kHalfSize, 0}};
+  soup.triangles = {{0, 1, 2}, {0, 2, 3}};
+  soup.surface = {0, 0};
+  soup.surfaces = {Surface{"flat", config.mu_static, config.mu_kinetic}};
+  return std::move(*Terrain::build(std::move(soup)).value);
+}
+
+}  // namespace
+
+struct Simulator::Impl {
+  SimConfig config;
+  VehicleModel model;
+  std::shared_ptr<const Terrain> terrain;
+  StabilityCertificate certificate;
+  std::unique_ptr<VehicleDynamics> dynamics;   // of the steps
+  std::unique_ptr<VehicleDynamics> observer;   // of the readings: asking changes nothing
+  VehicleState state, previous, home;
+  MotionRate k[4], observed;
+  Motion scratch;
+  std::int64_t step_count = 0;
+  StepStatus status = StepStatus::kOk;
+  StepEvents events;
+  std::vector<std::string> joint_names;
+  std::vector<EllipsoidPlacement> placements;
+  std::vector<std::string> load_report;
+  bool observed_fresh = false;
+
+  void allocate() {
+    dynamics = std::make_unique<VehicleDynamics>(model, config, *terrain);
+    observer = std::make_unique<VehicleDynamics>(model, config, *terrain);
+    for (MotionRate& rate : k) rate = dynamics->makeRate();
+    observed = dynamics->makeRate();
+    scratch = dynamics->makeMotion();
+    state = previous = home = restState(model, *dynamics);
+    for (const JointDescription& joint : model.description.joints)
+      if (joint.type != JointType::kFixed) joint_names.push_back(joint.name);
+    for (std::size_t i = 0; i < model.ellipsoids.size(); ++i) {
+      const ModelEllipsoid& e = model.ellipsoids[i];
+      EllipsoidPlacement placement{e.name, e.link, Pose{}, e.radii, false, ""};
+      for (const LinkDescription& link : model.description.links)
+        for (const EllipsoidDescription& shape : link.ellipsoids)
+          if (link.name == e.link && shape.name == e.name) {
+            placement.X_LE = shape.X_LE;
+            placement.source = shape.source;
+          }
+      for (const WheelUnit& wheel : model.drive.wheels)
+        placement.ground_wheel = placement.ground_wheel || wheel.ellipsoid == static_cast<int>(i);
+      placements.push_back(placement);
+    }
+  }
+
+  // The bounds of the step, on a flat ground of the vehicle's own, so that they belong to the vehicle and not to a place.
+  void certifyVehicle() {
+    const Terrain flat = flatGround(config);
+    VehicleDynamics on_flat(model, config, flat);
+    VehicleState rest;
+    const Problems problems = settle(model, config, flat, on_flat, 0.0, 0.0, 0.0, rest);
+    if (problems.empty() && config.gravity > 0.0) {
+      certificate = certify(model, on_flat, rest);
+    } else {
+      certificate = certifyContactsAlone(model);
+      load_report.push_back("stability: no rest pose on flat ground (" +
+                            (problems.empty() ? std::string("no gravity") : problems.front().message) +
+                            "); the bounds are those of each contact alone");
+    }
+    for (int i = 0; i < kIntegratorCount; ++i) {
+      char line[320];
+      std::snprintf(line, sizeof line, "stability: %s holds steps up to %.4g s (%s)%s", toString(static_cast<IntegratorKind>(i)),
+                    certificate.largest_step[i], certificate.worst[i].c_str(),
+                    static_cast<IntegratorKind>(i) == config.integrator ? ", in use" : "");
+      load_report.emplace_back(line);
+    }
+  }
+
+  Problems checkStep() const {
+    const double largest = certificate.largestStep(config.integrator);
+    if (config.dt <= largest || config.allow_unstable) return {};
+    char text[400];
+    std::snprintf(text, sizeof text,
+                  "is %.6g s, more than %s can hold for this vehicle: %s; allowed are steps up to %.6g s "
+                  "(or softer contacts, another integrator, or allow_unstable: true to see it fail)",
+                  config.dt, toString(config.integrator), certificate.worst[static_cast<int>(config.integrator)].c_str(), largest);
+    return {{"parameter 'dt'", text}};
+  }
+
+  void integrate() {
+    switch (config.integrator) {
+      case IntegratorKind::kExplicitEuler: explicitEulerStep(*dynamics, state.motion, config.dt, k, scratch); return;
+      case IntegratorKind::kSemiImplicitEuler: semiImplicitEulerStep(*dynamics, state.motion, config.dt, k, scratch); return;
+      case IntegratorKind::kRk4: rk4Step(*dynamics, state.motion, config.dt, k, scratch); return;
+    }
+  }
+
+  StepStatus step() {
+    if (status != StepStatus::kOk) return status;  // never build on a broken state
+    previous = state;
+
+    // One command for the whole step: every stage sees the same input.
+    bool timed_out = false;
+    updateDrive(model, config, state, timed_out);
+    dynamics->beginStep(state, config.dt);
+    integrate();
+    if (!sane(state.motion)) {
+      state = previous;
+      status = StepStatus::kDiverged;
+      return status;
+    }
+
+    for (std::size_t p = 0; p < state.profiles.size(); ++p) {
+      state.profiles[p].effort = dynamics->prescribedEffort(static_cast<int>(p));
+      if (effortExceeded(model.prescribed_joints[p], state.profiles[p])) ++events.effort_exceeded;
+    }
+    events.command_timeouts += timed_out ? 1 : 0;
+    events.passed_through += dynamics->accept(state, config.dt);
+    ++step_count;
+    observed_fresh = false;
+    return status;
+  }
+
+  void observe() {
+    if (observed_fresh) return;
+    observer->evaluate(state, observed);
+    observed_fresh = true;
+  }
+
+  void becomeHome(const VehicleState& placed) {
+    home = placed;
+    restart();
+  }
+
+  void restart() {
+    state = home;
+    status = StepStatus::kOk;
+    events = StepEvents{};
+    observed_fresh = false;
+  }
+};
+
+Simulator::Simulator(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Simulator::Simulator(Simulator&&) noexcept = default;
+Simulator& Simulator::operator=(Simulator&&) noexcept = default;
+Simulator::~Simulator() = default;
+
+Loaded<Simulator> Simulator::create(const VehicleDescription& vehicle, std::shared_ptr<const Terrain> terrain,
+                                    const SimConfig& config) {
+  Loaded<Simulator> result;
+  Loaded<VehicleModel> model = compileVehicle(vehicle, config);
+  result.notes = model.notes;
+  if (!model) {
+    result.problems = model.problems;
+    return result;
+  }
+  auto impl = std::make_unique<Impl>();
+  impl->config = config;
+  impl->model = std::move(*model.value);
+  impl->terrain = std::move(terrain);
+  impl->load_report = impl->model.report;
+  impl->allocate();
+  impl->certifyVehicle();
+  result.problems = impl->checkStep();
+  if (!result.problems.empty()) return result;
+  if (config.allow_unstable && config.dt > impl->certificate.largestStep(config.integrator))
+    impl->load_report.emplace_back("UNSTABLE: the step is larger than the integrator can hold, as allow_unstable permits");
+  result.value = Simulator(std::move(impl));
+  return result;
+}
+
+Problems Simulator::setDown(double x, double y, double yaw) {
+  VehicleState placed;
+  const Problems problems = settle(impl_->model, impl_->config, *impl_->terrain, *impl_->observer, x, y, yaw, placed);
+  impl_->observed_fresh = false;
+  if (problems.empty()) impl_->becomeHome(placed);
+  return problems;
+}
+
+Problems Simulator::place(const Pose& X_WR, const Vector3d& v_WR_W, const Vector3d& w_WR_W) {
+  if (!X_WR.allFinite() || !v_WR_W.allFinite() || !w_WR_W.allFinite() || !(X_WR.q.norm() > 1e-6))
+    return {{"place", "pose and velocities must be finite, the quaternion not zero"}};
+  VehicleState placed = restState(impl_->model, *impl_->observer);
+  const Pose X_WR_unit{X_WR.p, X_WR.q.normalized()};
+  placed.motion.X_WB = X_WR_unit * impl_->model.X_BR.inverse();
+  placed.motion.w_WB = w_WR_W;
+  placed.motion.v_WB = v_WR_W + w_WR_W.cross(placed.motion.X_WB.p - X_WR.p);
+  if (!sane(placed.motion)) return {{"place", "position or velocity is out of all bounds"}};
+  impl_->observer->beginStep(placed, 0.0);
+  impl_->observer->accept(placed, 0.0);
+  impl_->becomeHome(placed);
+  return {};
+}
+
+void Simulator::reset() { impl_->restart(); }
+
+bool Simulator::command(const DriveCommand& command) {
+  if (!std::isfinite(command.speed) || !std::isfinite(command.yaw_rate) || !std::isfinite(command.steering_angle)) {
+    ++impl_->events.rejected_commands;
+    return false;
+  }
+  DriveState& drive = impl_->state.drive;
+  drive.command = command;
+  drive.has_command = true;
+  drive.command_age = 0;
+  return true;
+}
+
+StepStatus Simulator::step() { return impl_->step(); }
+
+std::int64_t Simulator::stepCount() const { return impl_->step_count; }
+double Simulator::time() const { return static_cast<double>(impl_->step_count) * impl_->config.dt; }
+StepStatus Simulator::status() const { return impl_->status; }
+const StepEvents& Simulator::events() const { return impl_->events; }
+bool Simulator::commandInForce() const {
+  const DriveState& drive = impl_->state.drive;
+  return drive.has_command && static_cast<double>(drive.command_age) * impl_->config.dt <= impl_->config.command_timeout;
+}
+
+Pose Simulator::rootPose() const { return impl_->state.motion.X_WB * impl_->model.X_BR; }
+Vector3d Simulator::rootVelocity_W() const {
+  const Motion& m = impl_->state.motion;
+  return m.v_WB + m.w_WB.cross(m.X_WB.q * impl_->model.X_BR.p);
+}
+Vector3d Simulator::rootAngularVelocity_W() const { return impl_->state.motion.w_WB; }
+
+const std::vector<std::string>& Simulator::jointNames() const { return impl_->joint_names; }
+
+void Simulator::jointReadings(std::vector<JointReading>& out) const {
+  Impl& s = *impl_;
+  s.observe();
+  out.resize(s.joint_names.size());
+  std::size_t index = 0;
+  for (std::size_t d = 0; d < s.model.description.joints.size(); ++d) {
+    const JointDescription& joint = s.model.description.joints[d];
+    if (joint.type == JointType::kFixed) continue;
+    JointReading reading;
+    reading.position = std::clamp(0.0, std::min(joint.lower, joint.upper), std::max(joint.lower, joint.upper));
+    for (std::size_t j = 0; j < s.model.dynamic_joints.size(); ++j)
+      if (s.model.dynamic_joints[j].description == static_cast<int>(d))
+        reading = {s.state.motion.q[j], s.state.motion.qd[j], s.observer->jointEfforts()[j]};
+    for (std::size_t p = 0; p < s.model.prescribed_joints.size(); ++p)
+      if (s.model.prescribed_joints[p].description == static_cast<int>(d))
+        reading = {s.state.profiles[p].position, s.state.profiles[p].velocity, s.state.profiles[p].effort};
+    for (std::size_t t = 0; t < s.model.treads.size(); ++t)
+      if (s.model.treads[t].description == static_cast<int>(d))
+        reading = {s.state.treads[t].angle, s.state.treads[t].speed, 0.0};
+    out[index++] = reading;
+  }
+}
+
+void Simulator::contacts(std::vector<ContactReport>& out) const {
+  impl_->observe();
+  out.clear();
+  for (const ActiveContact& active : impl_->observer->activeContacts()) {
+    ContactReport report;
+    report.ellipsoid = active.ellipsoid;
+    report.triangle = active.contact.triangle;
+    report.p_WC = active.contact.trianglePoint();
+    report.nhat_W = active.contact.nhat_W;
+    report.depth = active.contact.depth;
+    report.normal_force = active.force.normal;
+    report.friction_W = active.force.friction_W;
+    report.sliding = active.force.sliding;
+    out.push_back(report);
+  }
+}
+
+const std::vector<EllipsoidPlacement>& Simulator::ellipsoids() const { return impl_->placements; }
+
+double Simulator::largestPenetration() const {
+  double deepest = 0.0;
+  for (const ContactMemory& memory : impl_->state.memory) deepest = std::max(deepest, memory.deepest);
+  return deepest;
+}
+
+double Simulator::energy() const {
+  impl_->observe();
+  return impl_->observer->kineticEnergy(impl_->state.motion) + impl_->observer->potentialEnergy(impl_->state.motion);
+}
+
+namespace {
+
+// Rolling speed of a wheel unit as its encoder tells it, forward positive [m/s].
+double encoder(const Simulator& simulator, const WheelUnit& wheel) {
+  const VehicleState& state = simulator.state();
+  const double omega = wheel.joint >= 0 ? state.motion.qd[wheel.joint] : state.treads[wheel.tread].speed;
+  return wheel.forward_sign * omega * wheel.radius;
+}
+
+}  // namespace
+
+double Simulator::encoderSpeed() const {
+  // Wheels that do not steer tell the speed of the reference point; without any, all of them do, each along its heading.
+  double sum = 0.0;
+  int count = 0;
+  for (const bool steered : {false, true}) {
+    for (const WheelUnit& wheel : impl_->model.drive.wheels) {
+      if (!wheel.braked || (wheel.steer >= 0) != steered) continue;
+      const double angle = steered ? impl_->state.profiles[impl_->model.drive.steers[wheel.steer].prescribed].position : 0.0;
+      sum += encoder(*this, wheel) * std::cos(angle);
+      ++count;
+    }
+    if (count > 0) return sum / count;
+  }
+  return 0.0;
+}
+
+double Simulator::encoderYawRate() const {
+  const DriveModel& drive = impl_->model.drive;
+  if (drive.layout == DriveLayout::kAckermann) return encoderSpeed() * actualCurvature(impl_->model, impl_->state);
+  // Least squares of v_i = v - w y_i over the driven wheels.
+  double n = 0.0, y = 0.0, yy = 0.0, v = 0.0, vy = 0.0;
+  for (const WheelUnit& wheel : drive.wheels) {
+    if (!wheel.driven) continue;
+    const double speed = encoder(*this, wheel);
+    n += 1.0;
+    y += wheel.p_RW.y();
+    yy += wheel.p_RW.y() * wheel.p_RW.y();
+    v += speed;
+    vy += speed * wheel.p_RW.y();
+  }
+  const double det = n * yy - y * y;
+  return det > 1e-12 ? (y * v - n * vy) / det : 0.0;
+}
+
+const SimConfig& Simulator::config() const { return impl_->config; }
+const VehicleModel& Simulator::model() const { return impl_->model; }
+const VehicleState& Simulator::state() const { return impl_->state; }
+const Terrain& Simulator::terrain() const { return *impl_->terrain; }
+const StabilityCertificate& Simulator::certificate() const { return impl_->certificate; }
+const std::vector<std::string>& Simulator::loadReport() const { return impl_->load_report; }
+std::uint64_t Simulator::stateHash() const { return hashOf(impl_->state); }
+
+}  // namespace ellipsoid_vehicle_sim

@@ -1,0 +1,404 @@
+#include "ellipsoid_vehicle_sim/vehicle/vehicle_dynamics.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ellipsoid_vehicle_sim/contact/shortest_push.h"
+#include "ellipsoid_vehicle_sim/dynamics/integrator.h"
+#include "ellipsoid_vehicle_sim/vehicle/drive.h"
+
+namespace ellipsoid_vehicle_sim {
+
+using Eigen::Vector3d;
+
+VehicleDynamics::VehicleDynamics(const VehicleModel& model, const SimConfig& config, const Terrain& terrain)
+    : model_(model),
+      config_(config),
+      terrain_(terrain),
+      options_{config.contact_rule, config.contacts_per_ellipsoid, config.contact_memory, config.candidate_cache},
+      tree_(model.bodies),
+      gravity_W_(0.0, 0.0, -config.gravity),
+      prescribed_(std::max(model.prescribed_joints.size(), model.bodies.size())),
+      posed_(model.ellipsoids.size()),
+      contacts_(model.ellipsoids.size()),
+      finder_(model.ellipsoids.size()),
+      joint_effort_(model.dynamic_joints.size(), 0.0),
+      motor_torque_(model.drive.wheels.size(), 0.0),
+      hold_limit_(model.dynamic_joints.size(), 0.0) {
+  active_.reserve(model.ellipsoids.size() * kMaxContactsPerEllipsoid);
+  for (const Surface& surface : terrain.surfaces()) {
+    FrictionCoefficients mu;
+    mu.mu_static = surface.mu_static.value_or(surface.mu_kinetic.value_or(config.mu_static));
+    mu.mu_kinetic = surface.mu_kinetic.value_or(surface.mu_static.value_or(config.mu_kinetic));
+    mu.stribeck_speed = config.stribeck_speed;
+    friction_.push_back(mu);
+  }
+}
+
+Motion VehicleDynamics::makeMotion() const {
+  Motion x;
+  const std::size_t n = model_.dynamic_joints.size();
+  x.q.assign(n, 0.0);
+  x.qd.assign(n, 0.0);
+  x.stretch.assign(n, 0.0);
+  x.anchor.assign(model_.ellipsoids.size(), Anchors{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()});
+  return x;
+}
+
+MotionRate VehicleDynamics::makeRate() const {
+  MotionRate k;
+  const Motion x = makeMotion();
+  k.q = k.qd = k.stretch = x.q;
+  k.anchor = x.anchor;
+  return k;
+}
+
+void VehicleDynamics::beginStep(const VehicleState& frozen, double dt) {
+  frozen_ = &frozen;
+  dt_ = dt;
+  for (std::size_t j = 0; j < hold_limit_.size(); ++j) hold_limit_[j] = model_.dynamic_joints[j].friction;
+  for (const WheelUnit& wheel : model_.drive.wheels)
+    if (wheel.joint >= 0) hold_limit_[wheel.joint] += brakeTorque(wheel, frozen.drive);
+}
+
+void VehicleDynamics::prescribe(double fraction) {
+  fraction_ = fraction;
+  const double t = fraction * dt_;
+  for (std::size_t i = 0; i < frozen_->profiles.size(); ++i) {
+    const ProfileState& p = frozen_->profiles[i];
+    prescribed_[i] = {p.position + t * (p.velocity + 0.5 * t * p.acceleration), p.velocity + t * p.acceleration, p.acceleration};
+  }
+}
+
+void VehicleDynamics::pose(const Motion& x) {
+  tree_.positions(x.X_WB.q, x.q.data(), prescribed_.data());
+  for (std::size_t i = 0; i < posed_.size(); ++i) {
+    const ModelEllipsoid& ellipsoid = model_.ellipsoids[i];
+    const BodyKinematics& k = tree_.kinematics(ellipsoid.body);
+    const Vector3d p_OE = k.p_OB + k.R_WB * ellipsoid.X_BE.p;
+    posed_[i] = PosedEllipsoid(x.X_WB.p + p_OE, k.R_WB * ellipsoid.R_BE, ellipsoid.radii);
+  }
+}
+
+void VehicleDynamics::findAll(bool at_remembered_pose) {
+  for (std::size_t i = 0; i < posed_.size(); ++i) {
+    const ContactMemory& memory = frozen_->memory[i];
+    contacts_[i] = at_remembered_pose && !memory.fresh
+                       ? rememberedContacts(memory, options_)
+                       : findContacts(posed_[i], memory, terrain_, options_, finder_[i]);
+  }
+}
+
+ContactLaw VehicleDynamics::lawOf(int ellipsoid) const {
+  ContactLaw law = model_.ellipsoids[ellipsoid].law;
+  if (friction_override_) law.mode = *friction_override_;
+  return law;
+}
+
+double VehicleDynamics::treadSpeed(int tread) const {
+  const TreadState& t = frozen_->treads[tread];
+  return t.speed + fraction_ * dt_ * t.acceleration;
+}
+
+// Velocity of the ellipsoid's surface where it touches, against the ground, and the part that its own turning makes.
+Vector3d VehicleDynamics::surfaceVelocity(const Motion& x, ActiveContact& active, Vector3d& v_roll) const {
+  const ModelEllipsoid& ellipsoid = model_.ellipsoids[active.ellipsoid];
+  const Vector3d from_centre = active.contact.p_WE_lowest - posed_[active.ellipsoid].p_WE;
+  Vector3d v = x.v_WB + tree_.pointVelocity(ellipsoid.body, active.p_OC);
+  v_roll = tree_.kinematics(ellipsoid.body).velocity.angular.cross(from_centre);
+  active.roll_axis.setZero();
+  if (ellipsoid.tread < 0) return v;
+
+  // A solid compound's wheel does not turn: its tread runs about the axle, which the steering turns.
+  const Tread& tread = model_.treads[ellipsoid.tread];
+  Vector3d axle_B = tread.axle_B;
+  if (tread.steer >= 0)
+    axle_B = Eigen::AngleAxisd(prescribed_[tread.steer].position, tread.steer_axis_B) * axle_B;
+  const Vector3d axle_W = tree_.kinematics(ellipsoid.body).R_WB * axle_B;
+  if (frozen_->treads[ellipsoid.tread].mode == TreadState::Mode::kTurning) {
+    const Vector3d running = treadSpeed(ellipsoid.tread) * axle_W.cross(from_centre);
+    v += running;
+    v_roll += running;
+    return v;
+  }
+  // Free and without mass: it gives way to whatever pulls along the rolling direction.
+  const Vector3d along = axle_W.cross(active.contact.nhat_W);
+  const double length = along.norm();
+  if (length < 1e-9) return v;
+  active.roll_axis = along / length;
+  const Vector3d given = active.roll_axis.dot(v) * active.roll_axis;
+  v -= given;
+  v_roll -= given;
+  return v;
+}
+
+// The friction's stretch of a contact: that of the carried contact with the nearest normal, turned to this one's.
+void VehicleDynamics::anchorOf(const Motion& x, ActiveContact& active, Vector3d& anchor) const {
+  anchor.setZero();
+  if (active.slot < 0) return;
+  const CarriedContact& carried = frozen_->memory[active.ellipsoid].carried[active.slot];
+  const Vector3d& u = active.contact.nhat_W;
+  anchor = turnedWithNormal(x.anchor[active.ellipsoid][active.slot], carried.nhat_W, u);
+  anchor -= u.dot(anchor) * u;
+  if (!active.roll_axis.isZero(0.0)) anchor -= active.roll_axis.dot(anchor) * active.roll_axis;
+}
+
+namespace {
+
+// Slot of the memory whose normal is nearest to u (cosine above one half), among those not yet taken; -1 without.
+int matchingSlot(const ContactMemory& memory, const Vector3d& u, unsigned& taken) {
+  int best = -1;
+  double best_cosine = 0.5;
+  for (int i = 0; i < memory.count; ++i) {
+    const double cosine = u.dot(memory.carried[i].nhat_W);
+    if ((taken >> i & 1u) == 0 && cosine > best_cosine) {
+      best = i;
+      best_cosine = cosine;
+    }
+  }
+  if (best >= 0) taken |= 1u << best;
+  return best;
+}
+
+}  // namespace
+
+void VehicleDynamics::applyContacts(const Motion& x) {
+  active_.clear();
+  tree_.clearForces();
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    unsigned taken = 0;
+    for (int j = 0; j < contacts_[i].count; ++j) {
+      ActiveContact active;
+      active.ellipsoid = static_cast<int>(i);
+      active.contact = contacts_[i].contact[j];
+      active.slot = matchingSlot(frozen_->memory[i], active.contact.nhat_W, taken);
+      active.p_OC = active.contact.p_WE_lowest - x.X_WB.p;
+      Vector3d v_roll, anchor;
+      const Vector3d v = surfaceVelocity(x, active, v_roll);
+      anchorOf(x, active, anchor);
+      active.force = contactForce(lawOf(active.ellipsoid), frictionOf(active.contact.triangle), active.contact.nhat_W,
+                                  active.contact.pressed, active.contact.share, v, v_roll, anchor);
+      tree_.addForce(model_.ellipsoids[i].body, active.p_OC,
+                     active.force.normal * active.contact.nhat_W + active.force.friction_W);
+      active_.push_back(active);
+    }
+  }
+}
+
+void VehicleDynamics::jointForces(const Motion& x, MotionRate& k, bool rates_only) {
+  if (!rates_only) driveTorques(model_, config_, frozen_->drive, x.qd, motor_torque_);
+  for (std::size_t j = 0; j < model_.dynamic_joints.size(); ++j) {
+    const DynamicJoint& joint = model_.dynamic_joints[j];
+    k.q[j] = x.qd[j];
+    k.stretch[j] = hold_limit_[j] > 0.0 ? x.qd[j] : 0.0;
+    if (rates_only) continue;
+    double effort = -joint.damping * x.qd[j] - joint.stiffness * (x.q[j] - joint.reference);
+    // Stops push only, and only inwards.
+    if (x.q[j] > joint.upper)
+      effort += std::min(0.0, -joint.stop_stiffness * (x.q[j] - joint.upper) - joint.stop_damping * x.qd[j]);
+    if (x.q[j] < joint.lower)
+      effort += std::max(0.0, -joint.stop_stiffness * (x.q[j] - joint.lower) - joint.stop_damping * x.qd[j]);
+    // Brake and dry friction: a spring and damper that slips at its limit, so that what stands still stays.
+    if (hold_limit_[j] > 0.0) {
+      const double spring = std::clamp(joint.hold.stiffness * x.stretch[j], -hold_limit_[j], hold_limit_[j]);
+      effort -= std::clamp(spring + joint.hold.damping * x.qd[j], -hold_limit_[j], hold_limit_[j]);
+    }
+    joint_effort_[j] = effort;
+  }
+  if (rates_only) return;
+  for (std::size_t i = 0; i < motor_torque_.size(); ++i)
+    if (model_.drive.wheels[i].joint >= 0) joint_effort_[model_.drive.wheels[i].joint] += motor_torque_[i];
+}
+
+void VehicleDynamics::anchorRates(MotionRate& k) const {
+  for (Anchors& anchors : k.anchor)
+    for (Vector3d& z : anchors) z.setZero();
+  for (const ActiveContact& active : active_) {
+    if (active.slot < 0) continue;
+    Vector3d rate = active.force.anchor_rate_W;
+    if (!active.roll_axis.isZero(0.0)) rate -= active.roll_axis.dot(rate) * active.roll_axis;
+    k.anchor[active.ellipsoid][active.slot] = rate;
+  }
+}
+
+void VehicleDynamics::rate(const Motion& x, double fraction, MotionRate& k) {
+  prescribe(fraction);
+  pose(x);
+  tree_.velocities(x.w_WB, x.qd.data(), prescribed_.data());
+  // The step starts at the pose the memory was taken at: its contacts are known.
+  findAll(fraction == 0.0);
+  applyContacts(x);
+  jointForces(x, k, false);
+  anchorRates(k);
+  const Spatial base = tree_.accelerations(joint_effort_.data(), prescribed_.data(), gravity_W_, k.qd.data());
+  k.v = x.v_WB;
+  k.w = x.w_WB;
+  k.a = base.linear;
+  k.alpha = base.angular;
+}
+
+void VehicleDynamics::positionRates(const Motion& x, MotionRate& k) {
+  tree_.velocities(x.w_WB, x.qd.data(), prescribed_.data());
+  for (ActiveContact& active : active_) {
+    Vector3d v_roll, anchor;
+    const Vector3d v = surfaceVelocity(x, active, v_roll);
+    anchorOf(x, active, anchor);
+    active.force = contactForce(lawOf(active.ellipsoid), frictionOf(active.contact.triangle), active.contact.nhat_W,
+                                active.contact.pressed, active.contact.share, v, v_roll, anchor);
+  }
+  jointForces(x, k, true);
+  anchorRates(k);
+  k.v = x.v_WB;
+  k.w = x.w_WB;
+}
+
+void VehicleDynamics::advanceVelocities(Motion& x, double h, const MotionRate& k) const {
+  x.v_WB += h * k.a;
+  x.w_WB += h * k.alpha;
+  for (std::size_t i = 0; i < x.qd.size(); ++i) x.qd[i] += h * k.qd[i];
+}
+
+void VehicleDynamics::advancePositions(Motion& x, double h, const MotionRate& k) const {
+  x.X_WB.p += h * k.v;
+  x.X_WB.q = (quaternionFromRotationVector(h * k.w) * x.X_WB.q).normalized();
+  for (std::size_t i = 0; i < x.q.size(); ++i) {
+    x.q[i] += h * k.q[i];
+    x.stretch[i] += h * k.stretch[i];
+  }
+  for (std::size_t i = 0; i < x.anchor.size(); ++i)
+    for (int j = 0; j < kMaxContactsPerEllipsoid; ++j) x.anchor[i][j] += h * k.anchor[i][j];
+}
+
+void VehicleDynamics::toTangent(double h, const MotionRate& previous, MotionRate& k) const {
+  k.w = rotationVectorRate(h * previous.w, k.w);
+}
+
+void VehicleDynamics::combine(MotionRate (&k)[4]) const {
+  const auto mix = [](auto& a, const auto& b, const auto& c, const auto& d) { a = (a + 2.0 * b + 2.0 * c + d) / 6.0; };
+  mix(k[0].v, k[1].v, k[2].v, k[3].v);
+  mix(k[0].w, k[1].w, k[2].w, k[3].w);
+  mix(k[0].a, k[1].a, k[2].a, k[3].a);
+  mix(k[0].alpha, k[1].alpha, k[2].alpha, k[3].alpha);
+  for (std::size_t i = 0; i < k[0].q.size(); ++i) {
+    mix(k[0].q[i], k[1].q[i], k[2].q[i], k[3].q[i]);
+    mix(k[0].qd[i], k[1].qd[i], k[2].qd[i], k[3].qd[i]);
+    mix(k[0].stretch[i], k[1].stretch[i], k[2].stretch[i], k[3].stretch[i]);
+  }
+  for (std::size_t i = 0; i < k[0].anchor.size(); ++i)
+    for (int j = 0; j < kMaxContactsPerEllipsoid; ++j)
+      mix(k[0].anchor[i][j], k[1].anchor[i][j], k[2].anchor[i][j], k[3].anchor[i][j]);
+}
+
+int VehicleDynamics::accept(VehicleState& state, double dt) {
+  Motion& x = state.motion;
+  // The paths of the tick end exactly where their formula says.
+  for (ProfileState& p : state.profiles) {
+    p.position += dt * (p.velocity + 0.5 * dt * p.acceleration);
+    p.velocity += dt * p.acceleration;
+    p.acceleration = 0.0;
+  }
+  for (TreadState& tread : state.treads) {
+    tread.angle += dt * (tread.speed + 0.5 * dt * tread.acceleration);
+    tread.speed += dt * tread.acceleration;
+    tread.acceleration = 0.0;
+  }
+  frozen_ = &state;
+  prescribe(0.0);
+  pose(x);
+  tree_.velocities(x.w_WB, x.qd.data(), prescribed_.data());
+  findAll(false);
+
+  int passed = 0;
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const ContactMemory& old = state.memory[i];
+    // Only a centre that was near a surface, or moved by more than its own half width, can have gone through one.
+    if (!old.fresh) {
+      const double moved = (posed_[i].p_WE - old.posed.p_WE).norm();
+      if ((old.deepest > 0.5 * posed_[i].radii.minCoeff() || moved > 0.5 * posed_[i].radii.minCoeff()) &&
+          terrain_.firstFrontCrossing(old.posed.p_WE, posed_[i].p_WE))
+        ++passed;
+    }
+    ContactMemory memory = rememberContacts(posed_[i], contacts_[i], old, options_, dt);
+
+    // Anchors move to the new contacts, turned with the normal, and shortened to what the cone carries there.
+    Anchors anchors{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
+    unsigned taken = 0;
+    for (int j = 0; j < contacts_[i].count; ++j) {
+      ActiveContact active;
+      active.ellipsoid = static_cast<int>(i);
+      active.contact = contacts_[i].contact[j];
+      // The slack of the new memory is the one the next step will feel.
+      active.contact.pressed = std::max(0.0, active.contact.depth - (options_.memory ? memory.slack : 0.0));
+      active.slot = matchingSlot(old, active.contact.nhat_W, taken);
+      active.p_OC = active.contact.p_WE_lowest - x.X_WB.p;
+      Vector3d v_roll, anchor;
+      const Vector3d v = surfaceVelocity(x, active, v_roll);
+      anchorOf(x, active, anchor);
+      const ContactForce force =
+          contactForce(lawOf(active.ellipsoid), frictionOf(active.contact.triangle), active.contact.nhat_W,
+                       active.contact.pressed, active.contact.share, v, v_roll, anchor);
+      const double length = anchor.norm();
+      if (length > force.stretch_limit) anchor *= force.stretch_limit / length;
+      anchors[j] = anchor;
+    }
+    x.anchor[i] = anchors;
+    state.memory[i] = memory;
+
+    // A tread that runs free keeps the speed of the ground below it, for the day it is braked or driven.
+    const int tread = model_.ellipsoids[i].tread;
+    if (tread >= 0 && state.treads[tread].mode == TreadState::Mode::kFree && contacts_[i].count > 0) {
+      ActiveContact active;
+      active.ellipsoid = static_cast<int>(i);
+      active.contact = contacts_[i].contact[0];
+      active.p_OC = active.contact.p_WE_lowest - x.X_WB.p;
+      Vector3d v_roll;
+      surfaceVelocity(x, active, v_roll);
+      const Vector3d v = x.v_WB + tree_.pointVelocity(model_.ellipsoids[i].body, active.p_OC);
+      const double radius = (active.contact.p_WE_lowest - posed_[i].p_WE).norm();
+      if (radius > 0.0) state.treads[tread].speed = active.roll_axis.dot(v) / radius;
+    }
+  }
+
+  for (std::size_t j = 0; j < x.stretch.size(); ++j) {
+    const JointHold& hold = model_.dynamic_joints[j].hold;
+    const double limit = hold.stiffness > 0.0 ? hold_limit_[j] / hold.stiffness : 0.0;
+    x.stretch[j] = std::clamp(x.stretch[j], -limit, limit);
+  }
+  return passed;
+}
+
+void VehicleDynamics::evaluate(const VehicleState& state, MotionRate& k) {
+  beginStep(state, 0.0);
+  rate(state.motion, 0.0, k);
+}
+
+double VehicleDynamics::prescribedEffort(int prescribed) const {
+  const int body = model_.prescribed_joints[prescribed].body;
+  return body < 0 ? 0.0 : tree_.prescribedEffort(body);
+}
+
+double VehicleDynamics::potentialEnergy(const Motion& x) const {
+  const Vector3d moment = model_.mass * x.X_WB.p + tree_.massMoment();
+  double energy = -gravity_W_.dot(moment);
+  for (std::size_t j = 0; j < model_.dynamic_joints.size(); ++j) {
+    const DynamicJoint& joint = model_.dynamic_joints[j];
+    const double s = x.q[j] - joint.reference;
+    energy += 0.5 * joint.stiffness * s * s + 0.5 * joint.hold.stiffness * x.stretch[j] * x.stretch[j];
+    const double beyond = std::max({0.0, x.q[j] - joint.upper, joint.lower - x.q[j]});
+    energy += 0.5 * joint.stop_stiffness * beyond * beyond;
+  }
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    EllipsoidContacts contacts = contacts_[i];
+    energy += 0.5 * model_.ellipsoids[i].law.stiffness * assignShares(contacts).squaredNorm();
+  }
+  for (const ActiveContact& active : active_) {
+    if (active.slot < 0) continue;
+    const ContactLaw law = lawOf(active.ellipsoid);
+    if (law.mode == FrictionMode::kViscous) continue;
+    energy += 0.5 * active.contact.share * law.tangential_stiffness *
+              x.anchor[active.ellipsoid][active.slot].squaredNorm();
+  }
+  return energy;
+}
+
+}  // namespace ellipsoid_vehicle_sim

@@ -1,0 +1,142 @@
+// What assimp 5.2 has to be kept from: it follows an <instance_node> that contains itself until the stack ends, reads a
+// negative index as 0, leaves out an instance of a geometry that is not there, takes a unit it cannot read for 1 and one of 0
+// as it is, and reserves whatever a PLY header announces.
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "mesh_readers.h"
+
+namespace ellipsoid_vehicle_sim {
+namespace {
+
+constexpr int kDeepestNode = 500;
+constexpr double kMostNodes = 1e6;
+
+/// Value of an attribute in the inside of a tag, e.g. of `id` in `node id="a" name="b"`.
+std::optional<std::string> attribute(std::string_view tag, std::string_view name) {
+  for (std::size_t at = tag.find(name); at != std::string_view::npos; at = tag.find(name, at + 1)) {
+    const bool starts = at > 0 && (tag[at - 1] == ' ' || tag[at - 1] == '\t' || tag[at - 1] == '\n' || tag[at - 1] == '\r');
+    const std::size_t equals = tag.find_first_not_of(" \t\r\n", at + name.size());
+    if (!starts || equals == std::string_view::npos || tag[equals] != '=') continue;
+    const std::size_t open = tag.find_first_of("\"'", equals);
+    if (open == std::string_view::npos) return std::nullopt;
+    const std::size_t close = tag.find(tag[open], open + 1);
+    if (close == std::string_view::npos) return std::nullopt;
+    return std::string(tag.substr(open + 1, close - open - 1));
+  }
+  return std::nullopt;
+}
+
+std::string_view nameOf(std::string_view tag) { return tag.substr(0, tag.find_first_of(" \t\r\n/", 1)); }
+
+/// Nodes by id with the ids they instantiate or hold, in a DAE's scene.
+class NodeGraph {
+ public:
+  /// Number of nodes that a walk from `id` visits; NaN when it comes back to itself.
+  double walk(const std::string& id) {
+    const auto known = size_.find(id);
+    if (known != size_.end()) return known->second;
+    if (!open_.insert(id).second) return std::nan("");
+    double size = 1.0;
+    for (const std::string& child : children[id]) size += walk(child);
+    open_.erase(id);
+    return size_[id] = size;
+  }
+
+  std::map<std::string, std::vector<std::string>> children;
+
+ private:
+  std::map<std::string, double> size_;
+  std::set<std::string> open_;
+};
+
+}  // namespace
+
+Problems checkDae(const std::string& text, const std::string& path) {
+  Problems problems;
+  NodeGraph graph;
+  NumberReader numbers;
+  std::vector<std::string> open;  // ids of the nodes around this place
+  int line = 1, unnamed = 0;
+  std::size_t counted = 0;
+  std::set<std::string> geometries;
+  std::vector<std::pair<int, std::string>> instances;  // of geometries, with their lines
+  for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at + 1)) {
+    for (; counted < at; ++counted) line += text[counted] == '\n';
+    if (text.compare(at, 4, "<!--") == 0) {
+      at = text.find("-->", at);
+      if (at == std::string::npos) break;
+      continue;
+    }
+    const std::size_t end = text.find('>', at);
+    if (end == std::string::npos) break;
+    const std::string_view tag = std::string_view(text).substr(at + 1, end - at - 1);
+    const std::string_view name = nameOf(tag);
+    if (name == "unit") {
+      const std::optional<std::string> meter = attribute(tag, "meter");
+      const std::optional<double> value = meter ? numbers.number(*meter) : 1.0;
+      if (!value || !std::isfinite(*value) || *value <= 0.0) {
+        problems.push_back({atLine(path, line), "unit meter=" + quoted(*meter) + "; allowed is a length > 0 in metres"});
+      }
+    } else if (name == "p" || name == "h") {
+      const std::size_t minus = text.find_first_of("-<", end);
+      if (minus != std::string::npos && text[minus] == '-') {
+        problems.push_back({atLine(path, line), "negative vertex number in <p>"});
+      }
+    } else if (name == "geometry") {
+      geometries.insert(attribute(tag, "id").value_or(""));
+    } else if (name == "instance_geometry") {
+      const std::string url = attribute(tag, "url").value_or("");
+      if (!url.empty() && url[0] == '#') instances.emplace_back(line, url.substr(1));
+    } else if (name == "node") {
+      const std::string id = attribute(tag, "id").value_or("\n" + std::to_string(unnamed++));
+      if (!open.empty()) graph.children[open.back()].push_back(id);
+      graph.children[id];
+      if (tag.empty() || tag.back() != '/') open.push_back(id);
+      if (open.size() > kDeepestNode) {
+        problems.push_back({atLine(path, line), "nodes nested deeper than " + std::to_string(kDeepestNode)});
+        return problems;
+      }
+    } else if (name == "/node") {
+      if (!open.empty()) open.pop_back();
+    } else if (name == "instance_node" && !open.empty()) {
+      const std::string url = attribute(tag, "url").value_or("");
+      if (!url.empty() && url[0] == '#') graph.children[open.back()].push_back(url.substr(1));
+    }
+  }
+  for (const auto& [instance_line, id] : instances) {
+    if (geometries.count(id) == 0) {
+      problems.push_back({atLine(path, instance_line), "<instance_geometry> of " + quoted(id) + ", which is not in the file"});
+    }
+  }
+  const std::map<std::string, std::vector<std::string>> nodes = graph.children;
+  for (const auto& node : nodes) {
+    const double size = graph.walk(node.first);
+    if (size <= kMostNodes) continue;
+    problems.push_back({path, "node " + quoted(node.first) +
+                                  (std::isnan(size) ? " contains itself through <instance_node>"
+                                                    : " unfolds into more than a million nodes")});
+    break;
+  }
+  return problems;
+}
+
+Problems checkPly(const std::string& text, const std::string& path) {
+  WordReader words(text);
+  NumberReader numbers;
+  do {
+    const std::string_view keyword = words.wordOfLine();
+    if (keyword == "end_header") break;
+    if (keyword != "element") continue;
+    const std::string_view element = words.wordOfLine(), count = words.wordOfLine();
+    const std::optional<double> value = numbers.number(count);
+    // An element takes a byte at the very least.
+    if (value && *value >= 0.0 && *value <= static_cast<double>(text.size())) continue;
+    return {{atLine(path, words.line()), "announces " + quoted(count) + " of element " + quoted(element) + " in a file of " +
+                                             std::to_string(text.size()) + " bytes"}};
+  } while (words.nextLine());
+  return {};
+}
+
+}  // namespace ellipsoid_vehicle_sim

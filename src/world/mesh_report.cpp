@@ -1,0 +1,193 @@
+#include "ellipsoid_vehicle_sim/world/mesh_report.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+namespace ellipsoid_vehicle_sim {
+namespace {
+
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+std::uint64_t mix(std::uint64_t h) {
+  h ^= h >> 32;
+  h *= 0x9e3779b97f4a7c15u;
+  h ^= h >> 29;
+  h *= 0xbf58476d1ce4e5b9u;
+  return h ^ (h >> 32);
+}
+
+template <typename T>
+std::uint64_t hashOf(const std::array<T, 3>& key) {
+  static_assert(sizeof(T) == sizeof(std::uint64_t), "hashes 64-bit lanes");
+  std::array<std::uint64_t, 3> bits;
+  std::memcpy(bits.data(), key.data(), sizeof bits);
+  return mix(bits[0] * 0x9e3779b97f4a7c15u ^ mix(bits[1] * 0xd1342543de82ef95u ^ mix(bits[2])));
+}
+
+/// Power of two with room for n entries at half load.
+std::size_t tableSize(std::size_t n) {
+  std::size_t size = 16;
+  while (size < 2 * n) size *= 2;
+  return size;
+}
+
+std::vector<std::uint32_t> weldEqual(const std::vector<Eigen::Vector3d>& vertices) {
+  std::vector<std::uint32_t> weld(vertices.size());
+  std::vector<std::uint32_t> table(tableSize(vertices.size()), kNone);
+  const std::size_t last = table.size() - 1;
+  for (std::uint32_t i = 0; i < vertices.size(); ++i) {
+    // Adding +0 turns -0 into 0.
+    const Eigen::Vector3d& v = vertices[i];
+    const std::array<double, 3> key = {v.x() + 0.0, v.y() + 0.0, v.z() + 0.0};
+    std::size_t slot = hashOf(key) & last;
+    while (table[slot] != kNone && vertices[table[slot]] != v) slot = (slot + 1) & last;
+    if (table[slot] == kNone) table[slot] = i;
+    weld[i] = table[slot];
+  }
+  return weld;
+}
+
+/// Vertices that stand for themselves are kept in cells of kCell tolerances; each later one looks into the cells its
+/// tolerance reaches. The cell is small enough to hold few of them, and large enough that one look is the usual case.
+std::vector<std::uint32_t> weldNear(const std::vector<Eigen::Vector3d>& vertices, double tolerance) {
+  constexpr double kCell = 8.0;
+  using Cell = std::array<std::int64_t, 3>;
+  const double per_cell = 1.0 / (kCell * tolerance);
+  Eigen::Vector3d lowest = vertices[0];
+  for (const Eigen::Vector3d& v : vertices) lowest = lowest.cwiseMin(v);
+  // Off the round numbers that meshes like, or half the vertices would lie on a border of cells.
+  const Eigen::Vector3d origin = lowest - Eigen::Vector3d(0.61, 0.57, 0.53) * kCell * tolerance;
+  const auto cellOf = [&](const Eigen::Vector3d& p) {
+    const Eigen::Vector3d at = (p - origin) * per_cell;
+    return Cell{static_cast<std::int64_t>(at.x()), static_cast<std::int64_t>(at.y()), static_cast<std::int64_t>(at.z())};
+  };
+  std::vector<std::uint32_t> weld(vertices.size());
+  std::vector<std::uint32_t> head(tableSize(vertices.size() / 2), kNone), next(vertices.size(), kNone);
+  const std::size_t last = head.size() - 1;
+  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(tolerance);
+  for (std::uint32_t i = 0; i < vertices.size(); ++i) {
+    const Eigen::Vector3d& v = vertices[i];
+    const Cell lo = cellOf(v - reach), hi = cellOf(v + reach);
+    std::uint32_t found = kNone;
+    Cell c;
+    for (c[0] = lo[0]; c[0] <= hi[0]; ++c[0]) {
+      for (c[1] = lo[1]; c[1] <= hi[1]; ++c[1]) {
+        for (c[2] = lo[2]; c[2] <= hi[2]; ++c[2]) {
+          for (std::uint32_t j = head[hashOf(c) & last]; j != kNone; j = next[j]) {
+            if (j < found && (vertices[j] - v).squaredNorm() <= tolerance * tolerance) found = j;
+          }
+        }
+      }
+    }
+    if (found == kNone) {
+      found = i;
+      std::uint32_t& first = head[hashOf(cellOf(v)) & last];
+      next[i] = first;
+      first = i;
+    }
+    weld[i] = found;
+  }
+  return weld;
+}
+
+/// Entries grouped by a key below `keys`, in their own order: a counting sort.
+template <typename Entry>
+struct Groups {
+  std::vector<std::uint32_t> begin;
+  std::vector<Entry> entries;
+
+  /// visit(emit) must call emit(key, entry) for the same entries each time.
+  template <typename ForEach>
+  Groups(std::size_t keys, ForEach&& for_each) : begin(keys + 1, 0) {
+    for_each([this](std::uint32_t key, const Entry&) { ++begin[key + 1]; });
+    for (std::size_t k = 0; k < keys; ++k) begin[k + 1] += begin[k];
+    entries.resize(begin[keys]);
+    for_each([this](std::uint32_t key, const Entry& entry) { entries[begin[key]++] = entry; });
+    for (std::size_t k = keys; k > 0; --k) begin[k] = begin[k - 1];
+    begin[0] = 0;
+  }
+};
+
+using Corners = std::array<std::uint32_t, 3>;
+
+void countEdges(const std::vector<Corners>& triangles, std::size_t vertex_count, MeshReport& report) {
+  struct Edge {
+    std::uint32_t other;
+    bool upwards;  ///< runs from the lower vertex number to the higher.
+  };
+  Groups<Edge> edges(vertex_count, [&](auto&& emit) {
+    for (const Corners& t : triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t from = t[k], to = t[(k + 1) % 3];
+        emit(std::min(from, to), Edge{std::max(from, to), from < to});
+      }
+    }
+  });
+  for (std::size_t v = 0; v < vertex_count; ++v) {
+    const auto begin = edges.entries.begin() + edges.begin[v], end = edges.entries.begin() + edges.begin[v + 1];
+    std::sort(begin, end, [](const Edge& a, const Edge& b) { return a.other < b.other; });
+    for (auto first = begin; first != end;) {
+      auto past = first;
+      while (past != end && past->other == first->other) ++past;
+      const auto uses = past - first;
+      if (uses == 1) ++report.open_edges;
+      if (uses > 2) ++report.nonmanifold_edges;
+      if (uses == 2 && first->upwards == (first + 1)->upwards) ++report.flipped_edges;
+      first = past;
+    }
+  }
+}
+
+void countDuplicates(const std::vector<Corners>& triangles, std::size_t vertex_count, MeshReport& report) {
+  struct Rest {
+    std::uint32_t low, high;  ///< the other two corners.
+    bool upwards;             ///< lowest corner, low, high is the triangle's own sense.
+  };
+  Groups<Rest> groups(vertex_count, [&](auto&& emit) {
+    for (const Corners& t : triangles) {
+      const std::size_t k = static_cast<std::size_t>(std::min_element(t.begin(), t.end()) - t.begin());
+      const std::uint32_t b = t[(k + 1) % 3], c = t[(k + 2) % 3];
+      emit(t[k], Rest{std::min(b, c), std::max(b, c), b < c});
+    }
+  });
+  for (std::size_t v = 0; v < vertex_count; ++v) {
+    const auto begin = groups.entries.begin() + groups.begin[v], end = groups.entries.begin() + groups.begin[v + 1];
+    std::sort(begin, end, [](const Rest& a, const Rest& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
+    for (auto first = begin; first != end;) {
+      std::int64_t with = 0, against = 0;
+      auto past = first;
+      for (; past != end && past->low == first->low && past->high == first->high; ++past) {
+        ++(past->upwards ? with : against);
+      }
+      report.duplicates += std::max<std::int64_t>(with - 1, 0) + std::max<std::int64_t>(against - 1, 0);
+      report.opposite_duplicates += std::min(with, against);
+      first = past;
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> weldVertices(const std::vector<Eigen::Vector3d>& vertices, double tolerance) {
+  return tolerance > 0.0 ? weldNear(vertices, tolerance) : weldEqual(vertices);
+}
+
+MeshReport inspectMesh(const std::vector<Eigen::Vector3d>& vertices, const std::vector<Corners>& triangles) {
+  MeshReport report;
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& v : vertices) box.extend(v);
+  if (triangles.empty()) return report;
+  const std::vector<std::uint32_t> weld = weldVertices(vertices, kReportWeldRatio * box.diagonal().norm());
+  std::vector<Corners> welded;
+  welded.reserve(triangles.size());
+  for (const Corners& t : triangles) {
+    const Corners w = {weld[t[0]], weld[t[1]], weld[t[2]]};
+    if (w[0] != w[1] && w[1] != w[2] && w[2] != w[0]) welded.push_back(w);
+  }
+  countEdges(welded, vertices.size(), report);
+  countDuplicates(welded, vertices.size(), report);
+  return report;
+}
+
+}  // namespace ellipsoid_vehicle_sim

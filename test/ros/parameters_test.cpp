@@ -1,0 +1,119 @@
+#include "ellipsoid_vehicle_sim/ros/parameters.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+namespace ellipsoid_vehicle_sim {
+namespace {
+
+/// Text of all problems of one source of values.
+std::string problemsOf(const ParameterValues& values) { return problemText(parametersFrom({{"~", values}}).problems); }
+
+TEST(Parameters, DefaultsOfAnEmptyServerAreThoseOfTheStructs) {
+  const auto loaded = parametersFrom({});
+  ASSERT_TRUE(loaded) << problemText(loaded.problems);
+  EXPECT_EQ(loaded.value->config.dt, SimConfig{}.dt);
+  EXPECT_EQ(loaded.value->options.publish_rate, NodeOptions{}.publish_rate);
+  EXPECT_FALSE(loaded.value->config.stiffness);
+}
+
+TEST(Parameters, EveryDefaultIsAcceptedByItsOwnRow) {
+  for (const auto& row : simConfigParameters()) {
+    if (const auto value = row.get(SimConfig{})) EXPECT_FALSE(refusal(row.spec, *value)) << row.spec.key;
+  }
+  for (const auto& row : nodeParameters()) {
+    if (const auto value = row.get(NodeOptions{})) EXPECT_FALSE(refusal(row.spec, *value)) << row.spec.key;
+  }
+}
+
+TEST(Parameters, EveryRowReadsBackWhatItWrote) {
+  const auto check = [](const auto& table, auto options) {
+    for (const auto& row : table) {
+      ParameterValue value = 1.0;
+      switch (row.spec.kind) {
+        case ParameterKind::kFlag: value = true; break;
+        case ParameterKind::kNumber: value = row.spec.minimum + 0.25 * (row.spec.maximum - row.spec.minimum); break;
+        case ParameterKind::kChoice: value = row.spec.choices.back(); break;
+        case ParameterKind::kText: value = std::string("text"); break;
+        case ParameterKind::kNumberList: value = std::vector<double>(row.spec.length, 2.0); break;
+        case ParameterKind::kTextList: value = std::vector<std::string>{"a", "b"}; break;
+      }
+      ASSERT_FALSE(refusal(row.spec, value)) << row.spec.key;
+      row.set(options, value);
+      ASSERT_TRUE(row.get(options)) << row.spec.key;
+      EXPECT_EQ(*row.get(options), value) << row.spec.key;
+    }
+  };
+  check(simConfigParameters(), SimConfig{});
+  check(nodeParameters(), NodeOptions{});
+}
+
+TEST(Parameters, LaterSourceWins) {
+  const auto loaded = parametersFrom({{"car.yaml ", {{"mu_static", 1.5}, {"max_speed", 7.0}}}, {"~", {{"max_speed", 9.0}}}});
+  ASSERT_TRUE(loaded) << problemText(loaded.problems);
+  EXPECT_EQ(loaded.value->config.mu_static, 1.5);
+  EXPECT_EQ(loaded.value->config.max_speed, 9.0);
+}
+
+TEST(Parameters, WholeNumberIsANumber) {
+  const auto loaded = parametersFrom({{"~", {{"max_speed", std::int64_t{12}}}}});
+  ASSERT_TRUE(loaded) << problemText(loaded.problems);
+  EXPECT_EQ(loaded.value->config.max_speed, 12.0);
+}
+
+TEST(Parameters, MisspeltKeyIsRefusedWithTheRightOne) {
+  EXPECT_EQ(problemsOf({{"stifness", 1e6}}),
+            "~stifness: there is no such parameter (its value is '1000000'); did you mean 'stiffness'?\n");
+}
+
+TEST(Parameters, MisspeltChoiceIsRefusedWithTheRightOne) {
+  const std::string text = problemsOf({{"integrator", std::string("rk5")}});
+  EXPECT_NE(text.find("'rk5' is unknown, allowed is rk4 | semi_implicit_euler | explicit_euler; did you mean 'rk4'?"),
+            std::string::npos)
+      << text;
+}
+
+TEST(Parameters, ValueOutOfRangeIsRefusedWithTheRangeAndUnit) {
+  EXPECT_EQ(problemsOf({{"dt", -0.001}}), "~dt: '-0.001' is out of range, allowed is 1.0e-06 ... 0.1 [s]\n");
+  EXPECT_NE(problemsOf({{"dt", std::nan("")}}).find("out of range"), std::string::npos);
+  EXPECT_NE(problemsOf({{"publish_rate", std::int64_t{0}}}).find("out of range"), std::string::npos);
+}
+
+TEST(Parameters, WrongTypeIsRefusedAndTheYamlTrapExplained) {
+  EXPECT_EQ(problemsOf({{"dt", std::string("1e-3")}}),
+            "~dt: '1e-3' was read, expected a number (YAML reads 1e-3 as text: write 1.0e-3)\n");
+  EXPECT_NE(problemsOf({{"lockstep", 1.0}}).find("expected true or false"), std::string::npos);
+  EXPECT_NE(problemsOf({{"start", std::vector<double>{1.0, 2.0}}}).find("has 2 numbers, expected 3"), std::string::npos);
+}
+
+TEST(Parameters, AllProblemsAreToldAtOnce) {
+  const auto loaded = parametersFrom({{"~", {{"dt", -1.0}, {"integrator", std::string("rk5")}, {"gravitty", 9.81}}}});
+  EXPECT_FALSE(loaded);
+  EXPECT_EQ(loaded.problems.size(), 3u) << problemText(loaded.problems);
+}
+
+TEST(Parameters, RateAboveTheTickRateIsRefused) {
+  EXPECT_NE(problemsOf({{"dt", 0.01}, {"publish_rate", 200.0}, {"allow_unstable", true}}).find("more than one message a tick"),
+            std::string::npos);
+}
+
+TEST(Parameters, LockstepNeedsOurClock) {
+  EXPECT_NE(problemsOf({{"lockstep", true}, {"clock", std::string("wall")}}).find("needs clock: publish"),
+            std::string::npos);
+}
+
+TEST(Parameters, ManualIsTheShippedFile) {
+  const std::string path = std::string(PACKAGE_DIR) + "/launch/simulator.yaml";
+  if (std::getenv("ELLIPSOID_VEHICLE_SIM_UPDATE") != nullptr) std::ofstream(path) << parameterManual();
+  std::ifstream in(path);
+  std::ostringstream text;
+  text << in.rdbuf();
+  EXPECT_EQ(text.str(), parameterManual()) << "run this test with ELLIPSOID_VEHICLE_SIM_UPDATE=1 to write " << path;
+}
+
+}  // namespace
+}  // namespace ellipsoid_vehicle_sim
