@@ -4,8 +4,11 @@ file(GLOB_RECURSE share_files CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}
   ${PROJECT_SOURCE_DIR}/launch/* ${PROJECT_SOURCE_DIR}/urdf/* ${PROJECT_SOURCE_DIR}/meshes/*)
 foreach(file IN LISTS share_files)
   get_filename_component(folder ${file} DIRECTORY)
-  file(MAKE_DIRECTORY ${devel_prefix}/${package_share}/${folder})
-  file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${file} ${devel_prefix}/${package_share}/${file} SYMBOLIC)
+  # Not the launch files: roslaunch finds them in the sources, and two of one name are an error to it.
+  if(NOT file MATCHES "\\.launch$")
+    file(MAKE_DIRECTORY ${devel_prefix}/${package_share}/${folder})
+    file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${file} ${devel_prefix}/${package_share}/${file} SYMBOLIC)
+  endif()
   install(FILES ${file} DESTINATION ${package_share}/${folder})
 endforeach()
 
@@ -23,5 +26,5 @@ install(FILES ${rolling_mesh} DESTINATION ${package_share}/meshes)
 if(with_ros)
   # Python programs run by roslaunch and rosrun; catkin makes them callable from the build tree too.
   catkin_install_python(PROGRAMS scripts/scripted_driver scripts/vehicle_description DESTINATION ${package_programs})
-  install(PROGRAMS scripts/record_exit_status DESTINATION ${package_programs})
+  install(FILES scripts/shipped_files.py DESTINATION ${package_programs})
 endif()

@@ -12,6 +12,8 @@ namespace {
 constexpr double kSameDepth = 1e-9;
 // Rounding allowance when a depth is compared with its explanation [m].
 constexpr double kExplained = 1e-12;
+// Normals of one contact seen from two triangles differ by rounding, magnified where the depth hardly depends on them [-].
+constexpr double kSameNormal = 1e-6;
 // h(u) changes by at most this times r_max per radian of turn when the axes' ratio is unbounded; [ContactDefinition] 6.
 constexpr double kTurnReach = 1.12;
 
@@ -51,29 +53,55 @@ double angleTurned(const Eigen::Matrix3d& R0, const Eigen::Matrix3d& R1) {
 class Evaluation {
  public:
   Evaluation(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const ContactOptions& options,
-             const std::vector<Candidate>& candidates, std::vector<unsigned char>& refused)
+             const std::vector<Candidate>& candidates, std::vector<int>& refused)
       : ellipsoid_(ellipsoid), memory_(memory), options_(options), candidates_(candidates), refused_(refused) {
     const Eigen::Vector3d half = ellipsoid.halfBox();
     low_ = ellipsoid.p_WE - half;
     high_ = ellipsoid.p_WE + half;
-    refused_.assign(candidates.size(), 0);
+    refused_.clear();
   }
 
   EllipsoidContacts run() {
     EllipsoidContacts result;
-    int taken = -1;
-    TriangleContact first;
-    while ((taken = deepest(first)) >= 0 && !admitted(candidates_[taken].index, candidates_[taken].triangle)) refused_[taken] = 1;
-    if (taken < 0) return result;
+    const Found first = deepestAdmitted([this] { return deepest(); });
+    if (first.candidate < 0) return result;
 
-    refused_[taken] = 1;
-    take(result, candidates_[taken].index, first.nhat_W, first.p_WE_lowest, first.depth,
-         feltDepth(first, candidates_[taken]));
-    if (options_.contacts == ContactsPerEllipsoid::kValley) addValleyContacts(result, first);
+    const Candidate& candidate = candidates_[first.candidate];
+    take(result, candidate.index, first.contact.nhat_W, first.contact.p_WE_lowest, first.contact.depth,
+         feltDepth(first.contact, candidate));
+    if (options_.contacts == ContactsPerEllipsoid::kValley) addValleyContacts(result, first.contact);
     return result;
   }
 
  private:
+  // The outcome of a search; candidate -1 without any.
+  struct Found {
+    int candidate = -1;
+    TriangleContact contact;
+    TriangleContact at_pose;  ///< valley: with the ellipsoid where it stands, not pushed.
+  };
+
+  // The deepest that may push. Two triangles make the same contact at the edge they share, and rounding decides which of them
+  // is deeper: one that is turned away for coming into front just now is taken after all when the next makes that contact too.
+  template <typename Search>
+  Found deepestAdmitted(const Search& search) {
+    Found turned_away;
+    for (;;) {
+      const Found found = search();
+      if (found.candidate < 0) return found;
+      refused_.push_back(found.candidate);
+      if (admitted(candidates_[found.candidate].index, candidates_[found.candidate].triangle))
+        return turned_away.candidate >= 0 && isSame(turned_away.contact, found.contact) ? turned_away : found;
+      if (turned_away.candidate < 0) turned_away = found;
+    }
+  }
+
+  static bool isSame(const TriangleContact& a, const TriangleContact& b) {
+    return std::abs(a.depth - b.depth) <= kExplained && (a.nhat_W - b.nhat_W).squaredNorm() <= kSameNormal * kSameNormal;
+  }
+
+  bool leftOut(int candidate) const { return std::find(refused_.begin(), refused_.end(), candidate) != refused_.end(); }
+
   void take(EllipsoidContacts& result, int triangle, const Eigen::Vector3d& u, const Eigen::Vector3d& lowest, double depth,
             double felt) const {
     Contact& contact = result.contact[result.count++];
@@ -85,18 +113,15 @@ class Evaluation {
     contact.share = 1.0;
   }
 
-  // The deepest contact among the candidates that are not refused; -1 without any.
-  int deepest(TriangleContact& best) const {
-    best = {};
+  // The deepest contact among the candidates that are not left out.
+  Found deepest() const {
+    TriangleContact best;
     int winner = -1;
     const auto consider = [&](int i) {
-      if (refused_[i] || !boxesMeet(candidates_[i], low_, high_)) return;
+      if (leftOut(i) || !boxesMeet(candidates_[i], low_, high_)) return;
       const Triangle& triangle = candidates_[i].triangle;
       // Lowest index wins a tie, in whatever order they come.
       const double floor = i < winner ? std::nextafter(best.depth, 0.0) : best.depth;
-      if (winner >= 0 && options_.rule == ContactRule::kMinimumTranslation &&
-          cannotExceed(ellipsoid_, triangle, best.nhat_W, best.depth))
-        return;
       const TriangleContact contact = meet(ellipsoid_, triangle, options_.rule, floor);
       if (!contact) return;
       best = contact;
@@ -114,7 +139,7 @@ class Evaluation {
     }
     for (int i = 0; i < static_cast<int>(candidates_.size()); ++i)
       if (i != warm) consider(i);
-    return winner;
+    return {winner, best, {}};
   }
 
   bool carried(int triangle) const {
@@ -175,12 +200,16 @@ class Evaluation {
     const Eigen::Vector3d plane_point = first.trianglePoint();
     Eigen::Vector3d push = first.depth * first.nhat_W;
     bool rises_above_first = false;
-    for (std::size_t i = 0; i < candidates_.size(); ++i) {
-      if (refused_[i] || !boxesMeet(candidates_[i], low_, high_)) continue;
-      bool above = false;
-      for (const Eigen::Vector3d& v : candidates_[i].triangle.v)
-        above = above || first.nhat_W.dot(v - plane_point) > kSameDepth;
-      rises_above_first = rises_above_first || above;
+    // The corner of a triangle's box that lies highest along the normal is a quick no for most.
+    const double height = first.nhat_W.dot(plane_point) + kSameDepth;
+    const auto highest = [&](const Candidate& c, int axis) {
+      return first.nhat_W[axis] * (first.nhat_W[axis] > 0.0 ? c.high[axis] : c.low[axis]);
+    };
+    for (int i = 0; i < static_cast<int>(candidates_.size()) && !rises_above_first; ++i) {
+      const Candidate& c = candidates_[i];
+      if (highest(c, 0) + highest(c, 1) + highest(c, 2) <= height || !boxesMeet(c, low_, high_) || leftOut(i)) continue;
+      for (const Eigen::Vector3d& v : c.triangle.v)
+        rises_above_first = rises_above_first || first.nhat_W.dot(v - plane_point) > kSameDepth;
     }
     // On flat and convex ground the first push clears everything.
     if (!rises_above_first) return;
@@ -191,17 +220,15 @@ class Evaluation {
     depth[0] = first.depth;
     while (result.count < kMaxContactsPerEllipsoid) {
       const PosedEllipsoid pushed = moved(ellipsoid_, push);
-      TriangleContact left, at_pose;
-      int taken;
-      while ((taken = deepestLeft(pushed, left, at_pose)) >= 0 && !admitted(candidates_[taken].index, candidates_[taken].triangle)) refused_[taken] = 1;
-      if (taken < 0) return;
-      refused_[taken] = 1;
+      const Found found = deepestAdmitted([&] { return deepestLeft(pushed); });
+      if (found.candidate < 0) return;
 
+      const TriangleContact& left = found.contact;
       const double full = left.depth + push.dot(left.nhat_W);
       // What the triangle's own contact owes to a jump is taken off here too.
-      const double lost = at_pose.depth - feltDepth(at_pose, candidates_[taken]);
+      const double lost = found.at_pose.depth - feltDepth(found.at_pose, candidates_[found.candidate]);
       const int slot = result.count;
-      take(result, candidates_[taken].index, left.nhat_W, left.p_WE_lowest - push, full, full - lost);
+      take(result, candidates_[found.candidate].index, left.nhat_W, left.p_WE_lowest - push, full, full - lost);
       nhat[slot] = left.nhat_W;
       depth[slot] = full;
       push = shortestPush(nhat, depth, result.count).p;
@@ -209,27 +236,24 @@ class Evaluation {
   }
 
   // The deepest contact of the pushed ellipsoid with a triangle that the ellipsoid touches where it stands.
-  int deepestLeft(const PosedEllipsoid& pushed, TriangleContact& best, TriangleContact& best_at_pose) const {
-    best = {};
-    int winner = -1;
+  Found deepestLeft(const PosedEllipsoid& pushed) const {
+    Found best;
     for (int i = 0; i < static_cast<int>(candidates_.size()); ++i) {
-      if (refused_[i] || !boxesMeet(candidates_[i], low_, high_)) continue;
-      const TriangleContact left = meet(pushed, candidates_[i].triangle, options_.rule, best.depth);
+      if (leftOut(i) || !boxesMeet(candidates_[i], low_, high_)) continue;
+      const TriangleContact left = meet(pushed, candidates_[i].triangle, options_.rule, best.contact.depth);
       if (!left) continue;
       const TriangleContact at_pose = meet(ellipsoid_, candidates_[i].triangle, options_.rule, 0.0);
       if (!at_pose) continue;
-      best = left;
-      best_at_pose = at_pose;
-      winner = i;
+      best = {i, left, at_pose};
     }
-    return winner;
+    return best;
   }
 
   const PosedEllipsoid& ellipsoid_;
   const ContactMemory& memory_;
   const ContactOptions& options_;
   const std::vector<Candidate>& candidates_;
-  std::vector<unsigned char>& refused_;
+  std::vector<int>& refused_;
   Eigen::Vector3d low_, high_;
 };
 
@@ -279,6 +303,7 @@ EllipsoidContacts rememberedContacts(const ContactMemory& memory, const ContactO
     contact.p_WE_lowest = memory.posed.p_WE + memory.posed.lowestPointFromCentre(carried.nhat_W);
     contact.depth = carried.depth;
     contact.pressed = std::max(0.0, carried.depth - (options.memory ? memory.slack : 0.0));
+    contact.share = 1.0;
   }
   assignShares(result);
   return result;

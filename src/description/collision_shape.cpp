@@ -14,17 +14,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Directions spread evenly over the sphere (a golden spiral).
-std::vector<Vector3d> evenDirections(int count) {
-  std::vector<Vector3d> directions;
-  const double golden = M_PI * (3.0 - std::sqrt(5.0));
-  for (int i = 0; i < count; ++i) {
-    const double z = 1.0 - (2.0 * i + 1.0) / count, r = std::sqrt(1.0 - z * z);
-    directions.emplace_back(r * std::cos(golden * i), r * std::sin(golden * i), z);
-  }
-  return directions;
-}
-
 /// Centre c of the sphere that meets |v - c|^2 = R^2 best, linear in c and R^2 - |c|^2.
 std::optional<Vector3d> sphereCentre(const std::vector<Vector3d>& vertices, const Vector3d& middle, double size) {
   Eigen::Matrix4d A = Eigen::Matrix4d::Zero();
@@ -44,11 +33,21 @@ std::optional<Vector3d> sphereCentre(const std::vector<Vector3d>& vertices, cons
   return middle + size * solution.head<3>();
 }
 
-std::string lengths(const Vector3d& v) {
-  return numberText(v.x()) + " x " + numberText(v.y()) + " x " + numberText(v.z());
+}  // namespace
+
+std::string extentsText(const Vector3d& extents) {
+  return numberText(extents.x()) + " x " + numberText(extents.y()) + " x " + numberText(extents.z());
 }
 
-}  // namespace
+std::vector<Vector3d> evenDirections(int count) {
+  std::vector<Vector3d> directions;
+  const double golden = M_PI * (3.0 - std::sqrt(5.0));
+  for (int i = 0; i < count; ++i) {
+    const double z = 1.0 - (2.0 * i + 1.0) / count, r = std::sqrt(1.0 - z * z);
+    directions.emplace_back(r * std::cos(golden * i), r * std::sin(golden * i), z);
+  }
+  return directions;
+}
 
 Loaded<std::vector<Vector3d>> readMeshVertices(const std::string& path) {
   auto mesh = readMeshFile(path);
@@ -152,7 +151,7 @@ std::optional<CollisionShape> ShapeBuilder::buildMesh(const ShapeText& text, con
   const std::string name = text.filename.substr(text.filename.find_last_of('/') + 1);
   const auto inRange = [&](double smallest, double largest) {
     if (smallest >= kSmallestLength && largest <= kLargestLength) return true;
-    problems.push_back({place, "collision mesh \"" + text.filename + "\" is " + lengths(2.0 * shape.half) +
+    problems.push_back({place, "collision mesh \"" + text.filename + "\" is " + extentsText(2.0 * shape.half) +
                                    " m after scale; allowed is between 1e-9 and 1e6 m"});
     return false;
   };
@@ -161,7 +160,7 @@ std::optional<CollisionShape> ShapeBuilder::buildMesh(const ShapeText& text, con
     shape.half = source.sphere->radius * text.scale;
     if (!inRange(shape.half.minCoeff(), shape.half.maxCoeff())) return std::nullopt;
     shape.X_LS = text.X_LS * Pose{source.sphere->centre.cwiseProduct(text.scale), Eigen::Quaterniond::Identity()};
-    shape.text = "sphere mesh " + name + " " + lengths(shape.half);
+    shape.text = "sphere mesh " + name + " " + extentsText(shape.half);
     return shape;
   }
   Vector3d low = source.vertices.front(), high = low;
@@ -175,7 +174,7 @@ std::optional<CollisionShape> ShapeBuilder::buildMesh(const ShapeText& text, con
   // A sheet has no ellipsoid; a hundredth of its width is thin enough and still a body.
   constexpr double kThinnest = 0.01;
   if (shape.half.minCoeff() < kThinnest * largest) {
-    notes.push_back(place + ": collision mesh " + name + " is " + lengths(2.0 * shape.half) +
+    notes.push_back(place + ": collision mesh " + name + " is " + extentsText(2.0 * shape.half) +
                     " m, nearly flat: thickened to 1 % of its width");
     shape.half = shape.half.cwiseMax(kThinnest * largest);
   }
@@ -183,7 +182,7 @@ std::optional<CollisionShape> ShapeBuilder::buildMesh(const ShapeText& text, con
   vertices->reserve(source.vertices.size());
   for (const Vector3d& v : source.vertices) vertices->push_back((v - middle).cwiseProduct(text.scale));
   shape.vertices_S = std::move(vertices);
-  shape.text = "mesh " + name + " " + lengths(2.0 * shape.half);
+  shape.text = "mesh " + name + " " + extentsText(2.0 * shape.half);
   return shape;
 }
 
@@ -208,7 +207,7 @@ std::vector<CollisionShape> ShapeBuilder::build(const LinkText& link, Problems& 
     } else if (text.kind == ShapeText::Kind::kBox) {
       shape.kind = CollisionShape::Kind::kBox;
       shape.half = 0.5 * size;
-      shape.text = "box " + lengths(size);
+      shape.text = "box " + extentsText(size);
     } else {
       shape.kind = CollisionShape::Kind::kCylinder;
       shape.half = {size[0], size[0], 0.5 * size[1]};

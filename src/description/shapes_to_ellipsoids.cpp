@@ -15,17 +15,15 @@ using Eigen::Vector3d;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::string baseName(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
-std::string lengths(const Vector3d& v) {
-  return numberText(v.x()) + " x " + numberText(v.y()) + " x " + numberText(v.z());
-}
 
 /// The points whose hull the shape is; none for an ellipsoid, many for a cylinder's rims.
 std::vector<Vector3d> extremePoints(const CollisionShape& shape) {
   std::vector<Vector3d> points;
   const Vector3d& h = shape.half;
   if (shape.kind == CollisionShape::Kind::kBox) {
-    for (int i = 0; i < 8; ++i)
+    for (int i = 0; i < 8; ++i) {
       points.emplace_back(i & 1 ? h.x() : -h.x(), i & 2 ? h.y() : -h.y(), i & 4 ? h.z() : -h.z());
+    }
   } else if (shape.kind == CollisionShape::Kind::kCylinder) {
     constexpr int kCorners = 48;
     for (int i = 0; i < kCorners; ++i) {
@@ -101,8 +99,8 @@ void keepAboveWheels(EllipsoidDescription& e, const CollisionShape& shape, const
 
 double distanceOutside(const Vector3d& p_EQ, const Vector3d& radii) {
   if (p_EQ.cwiseQuotient(radii).squaredNorm() <= 1.0) return 0.0;
-  // The nearest point is r_i^2 p_i / (t + r_i^2) with the one t > 0 that puts it on the surface ([Eberly], the outside
-  // case): the left side falls with t, so bisection cannot miss it.
+  // The nearest point is r_i^2 p_i / (t + r_i^2) with the one t > 0 that puts it on the surface: the left side falls
+  // with t, so bisection cannot miss it.
   const Vector3d r2 = radii.cwiseAbs2();
   double low = 0.0, high = radii.cwiseProduct(p_EQ).norm();
   for (int i = 0; i < 200 && high - low > 1e-15 * high; ++i) {
@@ -122,18 +120,14 @@ double fitError(const Vector3d& radii, const std::vector<PlacedShape>& shapes_E)
   }
   // ... and how far the ellipsoid sticks out of the hull: the largest difference of their supports, over a golden
   // spiral of directions (between two of them it changes by a few per cent of itself, good enough for a report).
-  constexpr int kDirections = 200;
-  const double golden = M_PI * (3.0 - std::sqrt(5.0));
-  for (int i = 0; i < kDirections; ++i) {
-    const double z = 1.0 - (2.0 * i + 1.0) / kDirections, w = std::sqrt(1.0 - z * z);
-    const Vector3d d(w * std::cos(golden * i), w * std::sin(golden * i), z);
+  for (const Vector3d& d : evenDirections(200)) {
     double reach = -kInfinity;
     for (const PlacedShape& s : shapes_E) {
       reach = std::max(reach, s.X_GS.p.dot(d) + support(*s.shape, s.X_GS.q.conjugate() * d));
     }
     const double difference = std::abs(radii.cwiseProduct(d).norm() - reach);
-    if (difference > 1e-9 * radii.maxCoeff())
-      error = std::max(error, difference);  // below it: rounding of the rotation
+    constexpr double kRotationRounding = 1e-9;
+    if (difference > kRotationRounding * radii.maxCoeff()) error = std::max(error, difference);
   }
   return error;
 }
@@ -168,7 +162,7 @@ void addEllipsoids(VehicleDescription& vehicle, const std::vector<std::vector<Co
       e.name = shapes[l].size() == 1 ? link.name : link.name + "/" + std::to_string(link.ellipsoids.size() + 1);
       if (shape.kind != CollisionShape::Kind::kEllipsoid) {
         notes.push_back("link '" + link.name + "': " + e.source + " stands as an ellipsoid of semi-axes " +
-                        lengths(e.radii) + " m, fit error " + numberText(e.fit_error) + " m");
+                        extentsText(e.radii) + " m, fit error " + numberText(e.fit_error) + " m");
       }
       if (!wheels.empty()) {
         keepAboveWheels(e, shape, X_RL[l], wheel_bottom, link.name, notes);

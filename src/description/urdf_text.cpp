@@ -51,13 +51,8 @@ class LeftoverSearch {
     if (std::string(element.Name()).compare(0, 6, "xacro:") == 0) {
       found(element.GetLineNum(), "<" + std::string(element.Name()) + ">");
     }
-    std::set<std::string> seen;
     for (auto* a = element.FirstAttribute(); a; a = a->Next()) {
       if (hasXacroExpression(a->Value())) found(a->GetLineNum(), attributeText(element, a->Name()));
-      if (!seen.insert(a->Name()).second) {
-        problems_.push_back({placeText(file_, a->GetLineNum(), "<" + std::string(element.Name()) + ">", ""),
-                             "attribute " + std::string(a->Name()) + " is given twice; allowed is once"});
-      }
     }
     if (hasXacroExpression(element.GetText())) found(element.GetLineNum(), element.GetText());
     for (auto* e = element.FirstChildElement(); e; e = e->NextSiblingElement()) visit(*e);

@@ -5,29 +5,31 @@
 #include <utility>
 
 namespace ellipsoid_vehicle_sim {
-namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-Matrix3d crossMatrix(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
-double dot(const Spatial& motion, const Spatial& force) {
-  return motion.angular.dot(force.angular) + motion.linear.dot(force.linear);
-}
-
-}  // namespace
-
 ArticulatedBody::ArticulatedBody(std::vector<Body> bodies)
     : bodies_(std::move(bodies)), kinematics_(bodies_.size()), forces_(bodies_.size()), work_(bodies_.size()) {
-  for (Body& body : bodies_) {
-    body.R_PB = body.X_PB.q.toRotationMatrix();
+  for (const Body& body : bodies_) {
     total_mass_ += body.inertia.mass;
+    shortcuts_.push_back(shortcutOf(body));
   }
+}
+
+ArticulatedBody::Shortcut ArticulatedBody::shortcutOf(const Body& body) {
+  Shortcut shortcut;
+  shortcut.R_PB = body.X_PB.q.toRotationMatrix();
+  shortcut.aligned = shortcut.R_PB == Matrix3d::Identity();
+  const Matrix3d& I = body.inertia.I_cm_A;
+  const Vector3d& k = body.axis_B;
+  shortcut.along = k.dot(I * k);
+  shortcut.across = 0.5 * (I.trace() - shortcut.along);
+  const Matrix3d form = shortcut.across * Matrix3d::Identity() + (shortcut.along - shortcut.across) * k * k.transpose();
+  shortcut.axial = (I - form).cwiseAbs().maxCoeff() <= 1e-12 * I.cwiseAbs().maxCoeff();
+  const Vector3d off = body.inertia.p_Acm - k.dot(body.inertia.p_Acm) * k;
+  shortcut.balanced = shortcut.axial && body.spin_symmetric && !body.prismatic && off.isZero(0.0);
+  return shortcut;
 }
 
 void ArticulatedBody::positions(const Eigen::Quaterniond& q_WB, const double* q, const PrescribedMotion* prescribed) {
@@ -37,7 +39,11 @@ void ArticulatedBody::positions(const Eigen::Quaterniond& q_WB, const double* q,
     const Body& body = bodies_[i];
     const BodyKinematics& parent = kinematics_[body.parent];
     BodyKinematics& k = kinematics_[i];
-    k.R_WB.noalias() = parent.R_WB * body.R_PB;
+    if (shortcuts_[i].aligned) {
+      k.R_WB = parent.R_WB;
+    } else {
+      k.R_WB.noalias() = parent.R_WB * shortcuts_[i].R_PB;
+    }
     k.p_OB = parent.p_OB + parent.R_WB * body.X_PB.p;
     const Vector3d axis_W = k.R_WB * body.axis_B;
     const double position = body.motion == BodyMotion::kDynamic ? q[body.coordinate] : prescribed[body.coordinate].position;
@@ -83,18 +89,24 @@ Spatial ArticulatedBody::accelerations(const double* tau, const PrescribedMotion
     const RigidInertia& inertia = bodies_[i].inertia;
     const BodyKinematics& k = kinematics_[i];
     Work& w = work_[i];
-    const Vector3d c = i == 0 ? Vector3d::Zero().eval() : (k.p_OB + k.R_WB * inertia.p_Acm).eval();
+    Vector3d c = Vector3d::Zero();
+    if (i > 0) c = k.p_OB + k.R_WB * inertia.p_Acm;
     const double m = inertia.mass;
-    const Matrix3d I_W = k.R_WB * inertia.I_cm_A * k.R_WB.transpose();
-    w.I.J = I_W + m * (c.squaredNorm() * Matrix3d::Identity() - c * c.transpose());
-    w.I.H = m * crossMatrix(c);
-    w.I.M = m * Matrix3d::Identity();
-    // v x* (I v), from the centre of mass: moment w x (I w) + c x f, force m w x v_cm, plus the transport of O itself.
+    Matrix3d I_W;
+    const Shortcut& shortcut = shortcuts_[i];
+    if (shortcut.axial) {
+      const Vector3d axis_W = k.R_WB * bodies_[i].axis_B;
+      I_W.noalias() = ((shortcut.along - shortcut.across) * axis_W) * axis_W.transpose();
+      I_W.diagonal().array() += shortcut.across;
+    } else {
+      const Matrix3d RI = k.R_WB * inertia.I_cm_A;
+      I_W.noalias() = RI * k.R_WB.transpose();
+    }
+    w.I.setRigid(m, c, I_W);
+    // v x* (I v), from the centre of mass: the moment of momentum about O turns, and O's own transport adds v x p.
     const Spatial& v = k.velocity;
-    const Vector3d v_cm = v.linear + v.angular.cross(c);
-    const Vector3d momentum = m * v_cm;
-    const Vector3d spin = I_W * v.angular;
-    const Vector3d moment_O = spin + c.cross(momentum);
+    const Vector3d momentum = m * (v.linear + v.angular.cross(c));
+    const Vector3d moment_O = I_W * v.angular + c.cross(momentum);
     w.bias_force.angular = v.angular.cross(moment_O) + v.linear.cross(momentum) - forces_[i].angular;
     w.bias_force.linear = v.angular.cross(momentum) - forces_[i].linear;
   }
@@ -104,41 +116,37 @@ Spatial ArticulatedBody::accelerations(const double* tau, const PrescribedMotion
     const BodyKinematics& k = kinematics_[i];
     Work& w = work_[i];
     Work& parent = work_[body.parent];
-    const bool turns = !body.prismatic;
 
-    // Acceleration that this body has whatever the parent and its coordinate do.
+    // Acceleration that this body has whatever the parent and its coordinate do, and the force that it takes.
     Spatial a = k.bias;
     if (body.motion == BodyMotion::kPrescribed) {
       const double acceleration = prescribed[body.coordinate].acceleration;
       a.angular += acceleration * k.axis.angular;
       a.linear += acceleration * k.axis.linear;
-    } else {
-      w.U.angular = w.I.H * k.axis.linear;
-      w.U.linear = w.I.M * k.axis.linear;
-      if (turns) {
-        w.U.angular += w.I.J * k.axis.angular;
-        w.U.linear += w.I.H.transpose() * k.axis.angular;
-      }
-      w.D = dot(k.axis, w.U);
-      w.u = tau[body.coordinate] - dot(k.axis, w.bias_force);
     }
-    // The force that the parent has to pass on for it.
-    Spatial passed = w.bias_force;
-    passed.angular += w.I.J * a.angular + w.I.H * a.linear;
-    passed.linear += w.I.H.transpose() * a.angular + w.I.M * a.linear;
-    parent.I.J += w.I.J;
-    parent.I.H += w.I.H;
-    parent.I.M += w.I.M;
+    Spatial passed = w.I * a;
+    passed.angular += w.bias_force.angular;
+    passed.linear += w.bias_force.linear;
     if (body.motion == BodyMotion::kDynamic) {
-      const double inv = 1.0 / w.D;
-      const double along = (w.u - dot(a, w.U)) * inv;
+      if (shortcuts_[i].balanced) {
+        w.U = {shortcuts_[i].along * k.axis.angular, Vector3d::Zero()};
+        w.D = shortcuts_[i].along;
+      } else {
+        w.U = body.prismatic ? w.I.timesLinear(k.axis.linear) : w.I * k.axis;
+        w.D = dot(k.axis, w.U);
+      }
+      w.u = tau[body.coordinate] - dot(k.axis, w.bias_force);
+      const double inverse_D = 1.0 / w.D;
+      const double along = (w.u - dot(a, w.U)) * inverse_D;
       passed.angular += along * w.U.angular;
       passed.linear += along * w.U.linear;
-      const Vector3d ua = inv * w.U.angular;
-      const Vector3d ul = inv * w.U.linear;
-      parent.I.J.noalias() -= ua * w.U.angular.transpose();
-      parent.I.H.noalias() -= ua * w.U.linear.transpose();
-      parent.I.M.noalias() -= ul * w.U.linear.transpose();
+      if (shortcuts_[i].balanced) {
+        parent.I.addWithoutTurning(w.I, k.axis.angular, w.D);
+      } else {
+        parent.I.addWithout(w.I, w.U, inverse_D);
+      }
+    } else {
+      parent.I.add(w.I);
     }
     parent.bias_force.angular += passed.angular;
     parent.bias_force.linear += passed.linear;
@@ -146,12 +154,18 @@ Spatial ArticulatedBody::accelerations(const double* tau, const PrescribedMotion
 
   // The base: no force but the ones collected.
   Work& base = work_[0];
-  const Matrix3d M_inverse = base.I.M.inverse();
-  const Matrix3d HM = base.I.H * M_inverse;
-  const Matrix3d schur = base.I.J - HM * base.I.H.transpose();
-  base.acceleration.angular = schur.inverse() * (HM * base.bias_force.linear - base.bias_force.angular);
-  base.acceleration.linear =
-      M_inverse * (-base.bias_force.linear - base.I.H.transpose() * base.acceleration.angular);
+  if (bodies_.size() == 1) {
+    // One rigid body about its centre of mass: turning and moving do not mix.
+    base.acceleration.angular = base.I.J().inverse() * -base.bias_force.angular;
+    base.acceleration.linear = base.bias_force.linear / -bodies_[0].inertia.mass;
+  } else {
+    const Matrix3d H = base.I.H();
+    const Matrix3d M_inverse = base.I.M().inverse();
+    const Matrix3d HM = H * M_inverse;
+    const Matrix3d schur = base.I.J() - HM * H.transpose();
+    base.acceleration.angular = schur.inverse() * (HM * base.bias_force.linear - base.bias_force.angular);
+    base.acceleration.linear = M_inverse * (-base.bias_force.linear - H.transpose() * base.acceleration.angular);
+  }
 
   for (std::size_t i = 1; i < bodies_.size(); ++i) {
     const Body& body = bodies_[i];
@@ -175,9 +189,9 @@ Spatial ArticulatedBody::accelerations(const double* tau, const PrescribedMotion
 
 double ArticulatedBody::prescribedEffort(int body) const {
   const Work& w = work_[body];
-  Spatial force = w.bias_force;
-  force.angular += w.I.J * w.acceleration.angular + w.I.H * w.acceleration.linear;
-  force.linear += w.I.H.transpose() * w.acceleration.angular + w.I.M * w.acceleration.linear;
+  Spatial force = w.I * w.acceleration;
+  force.angular += w.bias_force.angular;
+  force.linear += w.bias_force.linear;
   return dot(kinematics_[body].axis, force);
 }
 

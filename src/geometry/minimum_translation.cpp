@@ -14,7 +14,8 @@ namespace {
 constexpr double kTieTolerance = 1e-14;
 /// A coordinate across the thin axis this small may be a rounded zero, with the two mirror images tied.
 constexpr double kMirrorTolerance = 1e-12;
-/// What a bound has to spare before a feature is skipped on its word; far above rounding, far below anything of interest.
+/// What a bound has to spare before a feature is skipped on its word; far above rounding, far below anything of
+/// interest.
 constexpr double kBoundMargin = 1e-9;
 
 Feature edgeFeature(int k) { return static_cast<Feature>(static_cast<int>(Feature::kEdge0) + k); }
@@ -23,8 +24,8 @@ Feature vertexFeature(int k) { return static_cast<Feature>(static_cast<int>(Feat
 /// On the horizon, u ⟂ n, no extreme point E(u) lies below the plane: see `cannotExceed`. b = n'A^-1 n.
 bool isHorizonClear(double s, double h, double b) { return s * s * b > h * h * b * (1.0 + 1e-12) - 1.0; }
 
-/// An edge seen along its own direction: the ellipsoid is an ellipse, the edge line a point. Coordinates are along n (in the
-/// plane across the edge) and along m, the outward normal of the edge in the triangle's plane.
+/// An edge seen along its own direction: the ellipsoid is an ellipse, the edge line a point. Coordinates are along n
+/// (in the plane across the edge) and along m, the outward normal of the edge in the triangle's plane.
 struct EdgeShadow {
   Vec3 e, n, m;         ///< along the ellipsoid's axes.
   double length;        ///< of the edge.
@@ -36,14 +37,16 @@ struct EdgeShadow {
   double area_squared;  ///< its determinant, without cancellation: the product of the shadow's semi-axes, squared.
 };
 
-/// An ellipse's semi-axes, and the angle of the major one from n towards m.
+/// The shadow's semi-axes: lengths, directions by the angle of the major one from n towards m, and h's share of each:
+/// h(u) = |u_major r_major + u_minor r_minor|.
 struct ShadowAxes {
   double major, minor, cos, sin;
+  Vec3 r_major, r_minor;
 };
 
-/// Rule 4 for one triangle: the features are looked at in turn, the least depth so far bounds what is still of interest.
-/// Lengths are divided by the largest semi-axis, vectors are along the ellipsoid's axes, turned in a cycle so that the thinnest
-/// comes last.
+/// Rule 4 for one triangle: the features are looked at in turn, the least depth so far bounds what is still of
+/// interest. Lengths are divided by the largest semi-axis, vectors are along the ellipsoid's axes, turned in a cycle
+/// so that the thinnest comes last.
 class FeatureSearch {
  public:
   FeatureSearch(const PlaneContact& plane, const Triangle& triangle, const FaceSides& sides, double floor_depth)
@@ -110,8 +113,8 @@ class FeatureSearch {
       searchVertex(k);
       if (done_) return;
     }
-    // With T0 inside the edge delta rises from n towards m, so a minimum there takes two minima on the circle, both less deep
-    // than n itself; but the far one is at least the least radius of curvature deep.
+    // With T0 inside the edge delta rises from n towards m, so a minimum there takes two minima on the circle, both
+    // less deep than n itself; but the far one is at least the least radius of curvature deep.
     if (d_n_ + border_ < r_.z * r_.z) return;
     for (int k = 0; k < 3; ++k) {
       if (outside[k]) continue;
@@ -128,8 +131,8 @@ class FeatureSearch {
     const double length = norm(e);
     edge.length = length / size_;
     edge.e = (1.0 / length) * e;
-    // n is square to a sliver's long edges to a few digits only, hence a frame of the edge's own. That leaves m of unit length
-    // but for the square of this error; one step of Newton's for the inverse root takes care of it.
+    // n is square to a sliver's long edges to a few digits only, hence a frame of the edge's own. That leaves m of
+    // unit length but for the square of this error; one step of Newton's for the inverse root takes care of it.
     const Vec3 m = cross(edge.e, n_);
     edge.m = (1.5 - 0.5 * squaredNorm(m)) * m;
     edge.n = cross(edge.m, edge.e);
@@ -155,12 +158,18 @@ class FeatureSearch {
     axes.minor = std::min(std::sqrt(edge.area_squared) / axes.major, axes.major);
     axes.cos = 1.0;
     axes.sin = 0.0;
-    if (!(spread > 0.0)) return axes;
-    // The angle is atan2(nm, difference) / 2; of its two halves the larger comes from the root.
-    const double large = std::sqrt(0.5 + 0.5 * std::abs(difference) / spread);
-    const double small = 0.5 * edge.nm / (spread * large);
-    axes.cos = difference >= 0.0 ? large : std::abs(small);
-    axes.sin = difference >= 0.0 ? small : std::copysign(large, small);
+    if (spread > 0.0) {
+      // The angle is atan2(nm, difference) / 2; of its sine and cosine the larger comes from the root.
+      const double large = std::sqrt(0.5 + 0.5 * std::abs(difference) / spread);
+      const double small = 0.5 * edge.nm / (spread * large);
+      axes.cos = difference >= 0.0 ? large : std::abs(small);
+      axes.sin = difference >= 0.0 ? small : std::copysign(large, small);
+    }
+    axes.r_major = axes.cos * edge.rn + axes.sin * edge.rm;
+    axes.r_minor = axes.cos * edge.rm - axes.sin * edge.rn;
+    // Square to each other in exact numbers. A needle's r_minor would otherwise carry the rounding of its long axis,
+    // which decides where along the needle E comes to lie.
+    axes.r_minor = axes.r_minor - (dot(axes.r_minor, axes.r_major) / (axes.major * axes.major)) * axes.r_major;
     return axes;
   }
 
@@ -170,7 +179,8 @@ class FeatureSearch {
     const Vec2 adj{edge.mm * edge.t.x - edge.nm * edge.t.y, edge.nn * edge.t.y - edge.nm * edge.t.x};
     const double q_area_squared = dot(edge.t, adj);
 
-    // Any direction that clears the triangle to within the floor is proof enough, with nothing solved (see cannotExceed).
+    // Any direction that clears the triangle to within the floor is proof enough, with nothing solved (see
+    // cannotExceed).
     if (horizon_clear_ && adj.x < 0.0 && adj.y <= 0.0 && (q_area_squared >= edge.area_squared || floor_ > 0.0)) {
       const double delta = norm(adj.x * edge.rn + adj.y * edge.rm) - q_area_squared;
       if (delta <= floor_ * std::sqrt(dot(adj, adj))) {
@@ -186,7 +196,8 @@ class FeatureSearch {
     if (touches_ && clears_line && r_.z * r_.z > most) return;
 
     const ShadowAxes axes = shadowAxes(edge);
-    const double major_t = axes.cos * edge.t.x + axes.sin * edge.t.y, minor_t = axes.cos * edge.t.y - axes.sin * edge.t.x;
+    const double major_t = axes.cos * edge.t.x + axes.sin * edge.t.y,
+                 minor_t = axes.cos * edge.t.y - axes.sin * edge.t.x;
     const SupportProblem<2> problem{{withoutZero(major_t, axes.cos), withoutZero(minor_t, -axes.sin)},
                                     {axes.major, axes.minor}};
     const double far_bound = std::abs(minor_t) + axes.minor * axes.minor / axes.major;
@@ -211,7 +222,8 @@ class FeatureSearch {
     const bool near_possible =
         !(touches_ && gauge_squared > 1.0 + kBoundMargin) && !(leastDepthSquared(problem) > most * most);
     if (near_possible) {
-      // The near minimum is the least over all directions. No other feature's push is shorter: it clears this corner too.
+      // The near minimum is the least over all directions. No other feature's push is shorter: it clears this corner
+      // too.
       const bool taken = offerVertex(k, nearMinimum(problem));
       if (taken && std::abs(t.z) > kMirrorTolerance) done_ = true;
       if (done_) return;
@@ -221,12 +233,12 @@ class FeatureSearch {
     }
   }
 
-  bool offerEdge(const EdgeShadow& edge, const ShadowAxes& axes, int k, const std::array<double, 2>& along_axes) {
-    Vec2 u{axes.cos * along_axes[0] - axes.sin * along_axes[1], axes.sin * along_axes[0] + axes.cos * along_axes[1]};
-    const double u_length = std::sqrt(dot(u, u));
-    if (!(u.x > 0.0) || u.y < -kBorderTolerance * u_length) return false;
-    u = {u.x / u_length, u.y / u_length};
-    const Vec3 y = u.x * edge.rn + u.y * edge.rm;
+  bool offerEdge(const EdgeShadow& edge, const ShadowAxes& axes, int k, const std::array<double, 2>& direction) {
+    const double inverse_length = 1.0 / std::sqrt(direction[0] * direction[0] + direction[1] * direction[1]);
+    const double u_major = inverse_length * direction[0], u_minor = inverse_length * direction[1];
+    const Vec2 u{axes.cos * u_major - axes.sin * u_minor, axes.sin * u_major + axes.cos * u_minor};
+    if (!(u.x > 0.0) || u.y < -kBorderTolerance) return false;
+    const Vec3 y = u_major * axes.r_major + u_minor * axes.r_minor;
     const double h = norm(y);
     const double delta = dot(edge.t, u) + h;
     if (!isLeast(delta, u.x)) return false;
@@ -307,7 +319,8 @@ TriangleContact minimumTranslation(const PosedEllipsoid& ellipsoid, const Triang
   return search.contact(ellipsoid.p_WE);
 }
 
-bool cannotExceed(const PosedEllipsoid& ellipsoid, const Triangle& triangle, const Eigen::Vector3d& nhat_W, double depth) {
+bool cannotExceed(const PosedEllipsoid& ellipsoid, const Triangle& triangle, const Eigen::Vector3d& nhat_W,
+                  double depth) {
   const Vec3 u = Vec3::from(nhat_W), c = Vec3::from(ellipsoid.p_WE);
   if (!(depth >= 0.0) || !(dot(u, Vec3::from(triangle.nhat_W)) > 0.0)) return false;
 

@@ -6,9 +6,10 @@ namespace ellipsoid_vehicle_sim {
 namespace {
 
 /// Searches for the root next to pole p_i = r_i^2 on one of its sides, where lambda = p_i + side * x, x > 0.
-/// Q(lambda) = sum_j (a_j / (p_j - lambda))^2 has infinite poles and is convex between them, so every gap between neighbouring
-/// poles holds no root or two, and each outer side one. Every term alone is at most 1 at a root, which keeps lambda |a_j| away
-/// from every pole; from that bound Newton's steps go downhill to the root and, Q being convex, never pass it.
+/// Q(lambda) = sum_j (a_j / (p_j - lambda))^2 has infinite poles and is convex between them, so every gap between
+/// neighbouring poles holds no root or two, and each outer side one. Every term alone is at most 1 at a root, which
+/// keeps lambda |a_j| away from every pole; from that bound Newton's steps go downhill to the root and, Q being
+/// convex, never pass it.
 struct RootSearch {
   const std::array<double, 3>& t;
   const std::array<double, 3>& r;
@@ -51,7 +52,8 @@ struct RootSearch {
     found.add((1.0 / norm(direction)) * direction);
   }
 
-  /// Convergence is quadratic but for two roots that merge, where every step halves the distance to them: 1e-16 after 53.
+  /// Convergence is quadratic but for two roots that merge, where every step halves the distance to them: 1e-16 after
+  /// 53.
   static constexpr int kMaxRootSteps = 60;
 };
 

@@ -6,7 +6,8 @@
 namespace ellipsoid_vehicle_sim {
 namespace {
 
-// The pose is exact; filters want some variance and take 0 for "unknown" or divide by it. A millimetre and a milliradian.
+// The pose is exact; filters want some variance and take 0 for "unknown" or divide by it. A millimetre and a
+// milliradian.
 constexpr double kTruthVariance = 1e-6;  // [m^2], [rad^2], and likewise for speeds
 
 bool finite(double value) { return std::isfinite(value); }

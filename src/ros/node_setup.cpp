@@ -42,8 +42,9 @@ Loaded<UrdfSource> findUrdf(const ros::NodeHandle& nh, const NodeOptions& option
 
   if (options.vehicle_file.empty()) {
     if (!has_description) {
-      result.problems.push_back({"~vehicle_file", "no vehicle: set it to a shipped name or the path of a URDF, or load a "
-                                                  "URDF into robot_description"});
+      result.problems.push_back({"~vehicle_file",
+                                 "no vehicle: set it to a shipped name or the path of a URDF, or load a "
+                                 "URDF into robot_description"});
       return result;
     }
     source = {description, "robot_description"};
@@ -99,8 +100,8 @@ Loaded<NodeParameters> loadParameters(const ros::NodeHandle& nh_priv) {
 
 /// "JOINT=ROLE" words as the URDF loader wants them.
 std::map<std::string, JointRole> parseRoles(const std::vector<std::string>& words, Problems& problems) {
-  constexpr std::array<JointRole, 7> kRoles = {JointRole::kLocked,     JointRole::kDrive,   JointRole::kFreeWheel,
-                                               JointRole::kSteer,      JointRole::kSuspension, JointRole::kPassive,
+  constexpr std::array<JointRole, 7> kRoles = {JointRole::kLocked,    JointRole::kDrive,      JointRole::kFreeWheel,
+                                               JointRole::kSteer,     JointRole::kSuspension, JointRole::kPassive,
                                                JointRole::kPrescribed};
   std::map<std::string, JointRole> roles;
   for (const std::string& word : words) {
@@ -129,9 +130,10 @@ Problems checkClock(ClockMode mode) {
     return problems;
   }
   if (!use_sim_time) {
-    problems.push_back({"~clock", std::string("'") + (mode == ClockMode::kPublish ? "publish" : "follow") +
-                                      "' needs simulated time: <param name=\"/use_sim_time\" value=\"true\"/> before the "
-                                      "nodes, or 'rosparam set /use_sim_time true'; or set ~clock to wall"});
+    problems.push_back(
+        {"~clock", std::string("'") + (mode == ClockMode::kPublish ? "publish" : "follow") +
+                       "' needs simulated time: <param name=\"/use_sim_time\" value=\"true\"/> before the "
+                       "nodes, or 'rosparam set /use_sim_time true'; or set ~clock to wall"});
   }
   if (mode == ClockMode::kFollow) return problems;
 
@@ -144,8 +146,9 @@ Problems checkClock(ClockMode mode) {
     for (int j = 0; j < state[0][i][1].size(); ++j) {
       const std::string node = state[0][i][1][j];
       if (node == ros::this_node::getName()) continue;
-      problems.push_back({"~clock", "'publish', but " + node + " publishes /clock already: two clocks would make time jump; "
-                                    "stop it, or set ~clock to follow"});
+      problems.push_back({"~clock", "'publish', but " + node +
+                                        " publishes /clock already: two clocks would make time jump; "
+                                        "stop it, or set ~clock to follow"});
     }
   }
   return problems;
@@ -215,7 +218,7 @@ Loaded<NodeSetup> loadSetup(const ros::NodeHandle& nh, const ros::NodeHandle& nh
     Loaded<std::string> file = findWorld(options.world, "~world");
     append(file.problems, problems);
     if (file) {
-      Loaded<World> world = loadWorld(*file.value);
+      Loaded<WorldDescription> world = loadWorld(*file.value, packageResolver(options.package_dirs, *file.value));
       append(world.problems, problems);
       append(world.notes, result.notes);
       if (world) {
@@ -229,8 +232,9 @@ Loaded<NodeSetup> loadSetup(const ros::NodeHandle& nh, const ros::NodeHandle& nh
   }
   if (options.start.size() == 3) start = {options.start[0], options.start[1], options.start[2]};
   if (vehicle && !options.base_frame.empty() && options.base_frame != vehicle.value->root) {
-    problems.push_back({"~base_frame", "'" + options.base_frame + "' is not the root link '" + vehicle.value->root +
-                                           "' of the URDF: tf would give a link two parents; leave it out, or name the root"});
+    problems.push_back(
+        {"~base_frame", "'" + options.base_frame + "' is not the root link '" + vehicle.value->root +
+                            "' of the URDF: tf would give a link two parents; leave it out, or name the root"});
   }
   if (!parameters || !vehicle || !terrain) return result;
 

@@ -12,12 +12,18 @@ namespace {
 std::optional<ParameterValue> fromXmlRpc(XmlRpc::XmlRpcValue& value) {
   using V = XmlRpc::XmlRpcValue;
   switch (value.getType()) {
-    case V::TypeBoolean: return ParameterValue(static_cast<bool>(value));
-    case V::TypeInt: return ParameterValue(static_cast<std::int64_t>(static_cast<int>(value)));
-    case V::TypeDouble: return ParameterValue(static_cast<double>(value));
-    case V::TypeString: return ParameterValue(static_cast<std::string>(value));
-    case V::TypeArray: break;
-    default: return std::nullopt;
+    case V::TypeBoolean:
+      return ParameterValue(static_cast<bool>(value));
+    case V::TypeInt:
+      return ParameterValue(static_cast<std::int64_t>(static_cast<int>(value)));
+    case V::TypeDouble:
+      return ParameterValue(static_cast<double>(value));
+    case V::TypeString:
+      return ParameterValue(static_cast<std::string>(value));
+    case V::TypeArray:
+      break;
+    default:
+      return std::nullopt;
   }
   std::vector<double> numbers;
   std::vector<std::string> texts;
@@ -40,7 +46,7 @@ void checkTogether(const NodeParameters& parameters, Problems& problems) {
     // Half a tick of room: 1000 Hz at a tick of 1 ms is fine whatever 1/dt rounds to.
     if (rate <= 1.5 * tick_rate) return;
     problems.push_back({std::string("~") + key, "'" + valueText(rate) + "' Hz is more than one message a tick of " +
-                                         valueText(parameters.config.dt) + " s"});
+                                                    valueText(parameters.config.dt) + " s"});
   };
   checkRate("clock_rate", options.clock_rate);
   checkRate("publish_rate", options.publish_rate);
@@ -49,8 +55,8 @@ void checkTogether(const NodeParameters& parameters, Problems& problems) {
     problems.push_back({"~lockstep", "'true' needs clock: publish, or nobody could wait for anybody"});
   }
   if (options.clock != ClockMode::kPublish && options.real_time_factor != 1.0) {
-    problems.push_back({"~real_time_factor", "'" + valueText(options.real_time_factor) +
-                                                        "' needs clock: publish, allowed otherwise is 1"});
+    problems.push_back({"~real_time_factor",
+                        "'" + valueText(options.real_time_factor) + "' needs clock: publish, allowed otherwise is 1"});
   }
 }
 
@@ -59,27 +65,34 @@ void checkTogether(const NodeParameters& parameters, Problems& problems) {
 ParameterTable<NodeOptions> nodeParameters() {
   using O = NodeOptions;
   return {
-      textParameter("vehicle_file", &O::vehicle_file,
-                    "Name of a shipped vehicle or path of a URDF. Where the parameter robot_description exists, the URDF is "
-                    "that text, and this path only finds its meshes; otherwise robot_description is set from this file."),
+      textParameter(
+          "vehicle_file", &O::vehicle_file,
+          "Name of a shipped vehicle or path of a URDF. Where the parameter robot_description exists, the URDF is "
+          "that text, and this path only finds its meshes; otherwise robot_description is set from this file."),
       listParameter("package_dirs", "", 0, &O::package_dirs,
                     "Folders searched for NAME of package://NAME/... before ROS is asked. Not given: the vehicle's."),
-      textParameter("world", &O::world, "Name of a shipped world, or path of a mesh (STL, OBJ, DAE) or of a world YAML."),
+      textParameter("world", &O::world,
+                    "Name of a shipped world, or path of a mesh (STL, OBJ, DAE) or of a world YAML."),
       listParameter("drive_joints", "", 0, &O::drive_joints,
                     "The driven wheels, all of them. Not given: found out from the URDF, and logged."),
-      listParameter("joint_roles", "", 0, &O::joint_roles,
-                    "JOINT=ROLE for joints whose role is not what the log says; roles: locked, drive, free_wheel, steer, "
-                    "suspension, passive, prescribed."),
-      listParameter("start", "m, m, rad", 3, &O::start, "x, y and yaw at which the vehicle is set down. Not given: the world's."),
+      listParameter(
+          "joint_roles", "", 0, &O::joint_roles,
+          "JOINT=ROLE for joints whose role is not what the log says; roles: locked, drive, free_wheel, steer, "
+          "suspension, passive, prescribed."),
+      listParameter("start", "m, m, rad", 3, &O::start,
+                    "x, y and yaw at which the vehicle is set down. Not given: the world's."),
       textParameter("odom_frame", &O::odom_frame, "Frame of the world in tf and messages (REP-105)."),
       textParameter("base_frame", &O::base_frame,
                     "Frame of the vehicle; only the URDF's root link can be it. Not given: that link."),
       flagParameter("publish_tf", &O::publish_tf, "Send odom_frame -> base_frame to tf."),
       choiceParameter<O, ClockMode>(
-          "clock", {{"publish", ClockMode::kPublish}, {"follow", ClockMode::kFollow}, {"wall", ClockMode::kWall}}, &O::clock,
-          "publish: this node is the source of /clock (needs /use_sim_time). follow: another node is. wall: stamps are wall "
+          "clock", {{"publish", ClockMode::kPublish}, {"follow", ClockMode::kFollow}, {"wall", ClockMode::kWall}},
+          &O::clock,
+          "publish: this node is the source of /clock (needs /use_sim_time). follow: another node is. wall: stamps are "
+          "wall "
           "time."),
-      numberParameter("clock_rate", "Hz", 1.0, 1e6, &O::clock_rate, "Of /clock, in simulated time, like all rates here."),
+      numberParameter("clock_rate", "Hz", 1.0, 1e6, &O::clock_rate,
+                      "Of /clock, in simulated time, like all rates here."),
       numberParameter("publish_rate", "Hz", 0.1, 1e6, &O::publish_rate,
                       "Of odom, tf and joint_states. In lockstep one command is awaited after each."),
       numberParameter("marker_rate", "Hz", 0.1, 1e6, &O::marker_rate, "Of contact_markers."),
@@ -101,10 +114,13 @@ ParameterTable<NodeOptions> nodeParameters() {
 
 std::string parameterManual() {
   std::string manual =
-      "# Parameters of ellipsoid_vehicle_sim_node: all of them, with meaning, range, unit and default. Take away the '#' of a\n"
-      "# line to set it; one without a value is derived from vehicle and step unless given. A file VEHICLE.yaml beside\n"
+      "# Parameters of ellipsoid_vehicle_sim_node: all of them, with meaning, range, unit and default. Take away the "
+      "'#' of a\n"
+      "# line to set it; one without a value is derived from vehicle and step unless given. A file VEHICLE.yaml "
+      "beside\n"
       "# VEHICLE.urdf sets what is special to that vehicle; this file wins over it.\n"
-      "# Written from the tables in the code: parameters_test compares, and ELLIPSOID_VEHICLE_SIM_UPDATE=1 writes it anew.\n";
+      "# Written from the tables in the code: parameters_test compares, and ELLIPSOID_VEHICLE_SIM_UPDATE=1 writes it "
+      "anew.\n";
   manual += "\n# --- The node ---\n";
   for (const auto& row : nodeParameters()) manual += manualEntry(row.spec, row.get(NodeOptions{}));
   manual += "\n# --- The physics ---\n";

@@ -56,10 +56,10 @@ Loaded<std::string> findIn(const std::map<std::string, std::string>& names, cons
     std::string known;
     for (const auto& [name, path] : names) known += (known.empty() ? "" : ", ") + name;
     const bool looks_like_path = name_or_path.find_first_of("/.") != std::string::npos;
-    result.problems.push_back({where, "'" + name_or_path + "' is " +
-                                          (looks_like_path ? "no file that can be read" : std::string("no known ") + what) +
-                                          "; known " + what + "s: " + (known.empty() ? "none" : known) +
-                                          ", or give the path of a file"});
+    result.problems.push_back(
+        {where, "'" + name_or_path + "' is " +
+                    (looks_like_path ? "no file that can be read" : std::string("no known ") + what) + "; known " +
+                    what + "s: " + (known.empty() ? "none" : known) + ", or give the path of a file"});
   }
   return result;
 }

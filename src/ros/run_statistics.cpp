@@ -29,7 +29,8 @@ double RunStatistics::stepTimeQuantile(double share) const {
   std::int64_t below = 0;
   for (std::size_t i = 0; i < kBins; ++i) {
     below += bins_[i];
-    if (below > 0 && static_cast<double>(below) >= wanted) return kShortest * std::pow(kBinRatio, static_cast<double>(i + 1));
+    if (below > 0 && static_cast<double>(below) >= wanted)
+      return kShortest * std::pow(kBinRatio, static_cast<double>(i + 1));
   }
   return 0.0;
 }

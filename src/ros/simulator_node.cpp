@@ -17,7 +17,7 @@ constexpr int kExitDiverged = 2;
 constexpr int kExitNoCommand = 3;
 
 constexpr double kLongestSleep = 0.05;                // [s] of wall time, so that a shutdown is noticed
-constexpr double kShortestSleep = 0.005;               // [s]: ticks that are due meanwhile are made together
+constexpr double kShortestSleep = 0.005;              // [s]: ticks that are due meanwhile are made together
 constexpr std::int64_t kTicksBetweenCallbacks = 100;  // even if nothing is to be published that often
 constexpr std::size_t kLongestQueue = 100;            // commands waiting in lockstep
 constexpr double kDistanceRate = 10.0;                // [Hz]
@@ -73,7 +73,8 @@ int SimulatorNode::run() {
 bool SimulatorNode::finished() const {
   if (!failure_.empty()) return true;
   // A run of given length is a batch job: it ends when it diverges, nobody will come to reset it.
-  return options_.duration > 0.0 && (!running() || simulator_.time() >= options_.duration - 0.5 * simulator_.config().dt);
+  return options_.duration > 0.0 &&
+         (!running() || simulator_.time() >= options_.duration - 0.5 * simulator_.config().dt);
 }
 
 void SimulatorNode::runOnce() {
@@ -85,7 +86,8 @@ void SimulatorNode::runOnce() {
   const std::int64_t to_event = ticksToNextEvent();
   const std::int64_t ticks = std::min(ticksDue(), to_event);
   if (ticks < std::min(to_event, ticksPerWakeUp())) {
-    const double wait = pacer_.wait(WallPacer::Clock::now(), simulator_.stepCount() + std::min(to_event, ticksPerWakeUp()));
+    const double wait =
+        pacer_.wait(WallPacer::Clock::now(), simulator_.stepCount() + std::min(to_event, ticksPerWakeUp()));
     // The pacer does not know when a followed clock moves: look again after a millisecond.
     serveCallbacks(options_.clock == ClockMode::kFollow ? 1e-3 : std::min(wait, kLongestSleep));
     return;
@@ -184,7 +186,8 @@ void SimulatorNode::serveCallbacks(double longest_wait) {
 void SimulatorNode::onCommand(const geometry_msgs::Twist& twist) {
   const DriveCommand command = toDriveCommand(twist);
   // Also what a ground vehicle does not look at: a NaN anywhere means that the sender is broken.
-  const double sum = twist.linear.x + twist.linear.y + twist.linear.z + twist.angular.x + twist.angular.y + twist.angular.z;
+  const double sum =
+      twist.linear.x + twist.linear.y + twist.linear.z + twist.angular.x + twist.angular.y + twist.angular.z;
   if (!std::isfinite(sum)) {
     ++dropped_commands_;
     ROS_WARN_THROTTLE(1.0, "%s: a command that is not finite was dropped (%ld so far)",
@@ -234,8 +237,8 @@ void SimulatorNode::reportEvents() {
   }
   reported_events_ = now;
   if (pacer_.lost() > reported_lost_) {
-    ROS_WARN_THROTTLE(5.0, "behind the wall clock by %.2f s in all: real_time_factor %.3g cannot be held", pacer_.lost(),
-                      options_.real_time_factor);
+    ROS_WARN_THROTTLE(5.0, "behind the wall clock by %.2f s in all: real_time_factor %.3g cannot be held",
+                      pacer_.lost(), options_.real_time_factor);
     reported_lost_ = pacer_.lost();
   }
 }

@@ -49,8 +49,9 @@ void SimulatorNode::advertise() {
   shape_publisher_.publish(collisionShapeMarkers(simulator_.ellipsoids()));
   if (const auto world = world_markers_.update(simulator_.rootPose().p)) world_publisher_.publish(*world);
   if (world_markers_.partial()) {
-    ROS_INFO("the world has %d triangles, more than world_marker_limit: shown is what lies within %.3g m of the vehicle",
-             simulator_.terrain().triangleCount(), world_markers_.halfEdge());
+    ROS_INFO(
+        "the world has %d triangles, more than world_marker_limit: shown is what lies within %.3g m of the vehicle",
+        simulator_.terrain().triangleCount(), world_markers_.halfEdge());
   }
 }
 

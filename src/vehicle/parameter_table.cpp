@@ -31,24 +31,35 @@ std::string join(const std::vector<std::string>& words, const std::string& separ
 
 const char* kindText(ParameterKind kind) {
   switch (kind) {
-    case ParameterKind::kFlag: return "true or false";
-    case ParameterKind::kNumber: return "a number";
-    case ParameterKind::kChoice: return "one of the listed words";
-    case ParameterKind::kText: return "text";
-    case ParameterKind::kNumberList: return "a list of numbers";
-    case ParameterKind::kTextList: return "a list of texts";
+    case ParameterKind::kFlag:
+      return "true or false";
+    case ParameterKind::kNumber:
+      return "a number";
+    case ParameterKind::kChoice:
+      return "one of the listed words";
+    case ParameterKind::kText:
+      return "text";
+    case ParameterKind::kNumberList:
+      return "a list of numbers";
+    case ParameterKind::kTextList:
+      return "a list of texts";
   }
   return "";
 }
 
 bool hasType(ParameterKind kind, const ParameterValue& value) {
   switch (kind) {
-    case ParameterKind::kFlag: return std::holds_alternative<bool>(value);
-    case ParameterKind::kNumber: return std::holds_alternative<double>(value) || std::holds_alternative<std::int64_t>(value);
+    case ParameterKind::kFlag:
+      return std::holds_alternative<bool>(value);
+    case ParameterKind::kNumber:
+      return std::holds_alternative<double>(value) || std::holds_alternative<std::int64_t>(value);
     case ParameterKind::kChoice:
-    case ParameterKind::kText: return std::holds_alternative<std::string>(value);
-    case ParameterKind::kNumberList: return std::holds_alternative<std::vector<double>>(value);
-    case ParameterKind::kTextList: return std::holds_alternative<std::vector<std::string>>(value);
+    case ParameterKind::kText:
+      return std::holds_alternative<std::string>(value);
+    case ParameterKind::kNumberList:
+      return std::holds_alternative<std::vector<double>>(value);
+    case ParameterKind::kTextList:
+      return std::holds_alternative<std::vector<std::string>>(value);
   }
   return false;
 }
@@ -131,7 +142,8 @@ std::optional<std::string> refusal(const ParameterSpec& spec, const ParameterVal
     const std::string& word = std::get<std::string>(value);
     if (std::find(spec.choices.begin(), spec.choices.end(), word) != spec.choices.end()) return std::nullopt;
     const std::string close = closestWord(word, spec.choices);
-    return read + " is unknown, allowed is " + rangeText(spec) + (close.empty() ? "" : "; did you mean '" + close + "'?");
+    return read + " is unknown, allowed is " + rangeText(spec) +
+           (close.empty() ? "" : "; did you mean '" + close + "'?");
   }
   if (spec.kind == ParameterKind::kNumberList) {
     const auto& numbers = std::get<std::vector<double>>(value);

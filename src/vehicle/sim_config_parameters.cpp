@@ -8,16 +8,18 @@ ParameterTable<SimConfig> simConfigParameters() {
       {"viscous", FrictionMode::kViscous}, {"anchored", FrictionMode::kAnchored}, {"brush", FrictionMode::kBrush}};
   return {
       // Time.
-      numberParameter("dt", "s", 1e-6, 0.1, &C::dt,
-                      "Tick: the fixed step of the simulation. A step the vehicle's stiffest mode cannot hold is refused, "
-                      "with the largest that can."),
-      choiceParameter<C, IntegratorKind>("integrator",
-                                         {{"rk4", IntegratorKind::kRk4},
-                                          {"semi_implicit_euler", IntegratorKind::kSemiImplicitEuler},
-                                          {"explicit_euler", IntegratorKind::kExplicitEuler}},
-                                         &C::integrator,
-                                         "rk4 evaluates four times a tick and is the most accurate; semi_implicit_euler is "
-                                         "the cheapest that keeps a vehicle standing; explicit_euler is a baseline."),
+      numberParameter(
+          "dt", "s", 1e-6, 0.1, &C::dt,
+          "Tick: the fixed step of the simulation. A step the vehicle's stiffest mode cannot hold is refused, "
+          "with the largest that can."),
+      choiceParameter<C, IntegratorKind>(
+          "integrator",
+          {{"rk4", IntegratorKind::kRk4},
+           {"semi_implicit_euler", IntegratorKind::kSemiImplicitEuler},
+           {"explicit_euler", IntegratorKind::kExplicitEuler}},
+          &C::integrator,
+          "rk4 evaluates four times a tick and is the most accurate; semi_implicit_euler is "
+          "the cheapest that keeps a vehicle standing; explicit_euler is a baseline."),
       flagParameter("allow_unstable", &C::allow_unstable,
                     "Run although the step cannot hold; only to show what happens then."),
       // World.
@@ -30,14 +32,17 @@ ParameterTable<SimConfig> simConfigParameters() {
       choiceParameter<C, ContactsPerEllipsoid>(
           "contacts_per_ellipsoid", {{"one", ContactsPerEllipsoid::kOne}, {"valley", ContactsPerEllipsoid::kValley}},
           &C::contacts_per_ellipsoid,
-          "one: the deepest triangle alone pushes. valley: also a second one that faces elsewhere, so that ground and wall "
+          "one: the deepest triangle alone pushes. valley: also a second one that faces elsewhere, so that ground and "
+          "wall "
           "carry at once."),
-      flagParameter("contact_memory", &C::contact_memory,
-                    "Admission and slack: what starts below the ground is not thrown out. Off only to show what it is for."),
+      flagParameter(
+          "contact_memory", &C::contact_memory,
+          "Admission and slack: what starts below the ground is not thrown out. Off only to show what it is for."),
       flagParameter("candidate_cache", &C::candidate_cache,
                     "Keep the triangles near an ellipsoid over several steps. Changes no result, only the time."),
-      numberParameter("stiffness", "N/m", 1.0, 1e12, &C::stiffness,
-                      "Stiffness of every contact. Not given: from contact_time, or derived from vehicle and step, and logged."),
+      numberParameter(
+          "stiffness", "N/m", 1.0, 1e12, &C::stiffness,
+          "Stiffness of every contact. Not given: from contact_time, or derived from vehicle and step, and logged."),
       numberParameter("damping", "N s/m", 0.0, 1e9, &C::damping,
                       "Damping of every contact, together with stiffness. Not given: from restitution."),
       numberParameter("contact_time", "s", 1e-6, 1.0, &C::contact_time,
@@ -61,17 +66,17 @@ ParameterTable<SimConfig> simConfigParameters() {
                       "Stiffness of the friction spring. Not given: derived for each ellipsoid, and logged."),
       numberParameter("tangential_damping", "N s/m", 0.0, 1e9, &C::tangential_damping,
                       "Damping of the friction spring. Not given: derived for each ellipsoid, and logged."),
-      numberParameter("brush_length", "m", 1e-4, 10.0, &C::brush_length,
-                      "Relaxation length of a tyre's patch: slip stiffness is tangential_stiffness times this. Not given: "
-                      "derived for each wheel, and logged."),
+      numberParameter(
+          "brush_length", "m", 1e-4, 10.0, &C::brush_length,
+          "Relaxation length of a tyre's patch: slip stiffness is tangential_stiffness times this. Not given: "
+          "derived for each wheel, and logged."),
       // Vehicle.
       flagParameter("solid_compound", &C::solid_compound,
                     "Lock every joint: one rigid body, whose wheels are treads that turn without mass."),
-      choiceParameter<C, Differential>("differential",
-                                       {{"open", Differential::kOpen},
-                                        {"locked", Differential::kLocked},
-                                        {"per_wheel", Differential::kPerWheel}},
-                                       &C::differential, "How the torque of a driven axle reaches its two wheels."),
+      choiceParameter<C, Differential>(
+          "differential",
+          {{"open", Differential::kOpen}, {"locked", Differential::kLocked}, {"per_wheel", Differential::kPerWheel}},
+          &C::differential, "How the torque of a driven axle reaches its two wheels."),
       numberParameter("max_speed", "m/s", 0.0, 200.0, &C::max_speed, "Commanded speeds are cut to it."),
       numberParameter("max_acceleration", "m/s^2", 1e-3, 1000.0, &C::max_acceleration, "Of the speed command."),
       numberParameter("max_deceleration", "m/s^2", 1e-3, 1000.0, &C::max_deceleration,

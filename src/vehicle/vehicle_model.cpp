@@ -160,7 +160,7 @@ class Compiler {
         dynamic.role = joint.role;
         dynamic.damping = joint.damping;
         dynamic.friction = joint.friction;
-        if (joint.type != JointType::kContinuous && !isWheel(joint.role)) {
+        if (!isWheel(joint.role)) {
           dynamic.lower = joint.lower;
           dynamic.upper = joint.upper;
         }

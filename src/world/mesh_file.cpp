@@ -1,8 +1,8 @@
 #include "ellipsoid_vehicle_sim/world/mesh_file.h"
 
-#include <Eigen/LU>
 #include <assimp/config.h>
 #include <assimp/scene.h>
+#include <Eigen/LU>
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
@@ -20,7 +20,7 @@
 namespace ellipsoid_vehicle_sim {
 namespace {
 
-constexpr const char* kKnownExtensions = ".stl, .obj, .dae and .ply";
+constexpr const char* kKnownExtensions = ".stl, .obj and .dae";
 
 std::string shortNumber(double x) {
   char buffer[32];
@@ -46,7 +46,8 @@ Loaded<std::string> readBytes(const std::string& path) {
   if (size == 0) return refuse("is empty (0 bytes)");
   std::string text(size, '\0');
   file.read(text.data(), static_cast<std::streamsize>(size));
-  if (!file) return refuse("could be read only up to byte " + std::to_string(file.gcount()) + " of " + std::to_string(size));
+  if (!file)
+    return refuse("could be read only up to byte " + std::to_string(file.gcount()) + " of " + std::to_string(size));
   if (text.compare(0, 23, "version https://git-lfs") == 0) {
     return refuse("is a git-lfs pointer, not the mesh itself; run 'git lfs pull' in its repository");
   }
@@ -123,16 +124,16 @@ class SceneWalk {
   std::size_t ignored_ = 0;
 };
 
-Loaded<MeshData> readThroughAssimp(const std::string& text, const std::string& path, const std::string& extension) {
+Loaded<MeshData> readDae(const std::string& text, const std::string& path) {
   Loaded<MeshData> result;
-  result.problems = extension == ".dae" ? checkDae(text, path) : checkPly(text, path);
+  result.problems = checkDae(text, path);
   if (!result.problems.empty()) return result;
 
   // No post-processing step: each of them may merge, drop or reorder something.
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
-  const aiScene* scene = importer.ReadFileFromMemory(text.data(), text.size(), 0, extension.c_str() + 1);
+  const aiScene* scene = importer.ReadFileFromMemory(text.data(), text.size(), 0, "dae");
   if (scene == nullptr) {
     result.problems.push_back({path, std::string("cannot be read: ") + importer.GetErrorString()});
     return result;
@@ -178,7 +179,7 @@ Loaded<MeshData> readChecked(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const bool is_known = extension == ".stl" || extension == ".obj" || extension == ".dae" || extension == ".ply";
+  const bool is_known = extension == ".stl" || extension == ".obj" || extension == ".dae";
 
   Loaded<std::string> text = readBytes(path);
   if (!text) {
@@ -188,7 +189,7 @@ Loaded<MeshData> readChecked(const std::string& path) {
   } else {
     result = extension == ".stl"   ? readStl(*text.value, path)
              : extension == ".obj" ? readObj(*text.value, path)
-                                   : readThroughAssimp(*text.value, path, extension);
+                                   : readDae(*text.value, path);
     checkMesh(path, extension != ".obj", result);
   }
   return result;

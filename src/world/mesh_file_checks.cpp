@@ -1,6 +1,6 @@
-// What assimp 5.2 has to be kept from: it follows an <instance_node> that contains itself until the stack ends, reads a
-// negative index as 0, leaves out an instance of a geometry that is not there, takes a unit it cannot read for 1 and one of 0
-// as it is, and reserves whatever a PLY header announces.
+// What assimp 5.2 has to be kept from: it follows an <instance_node> that contains itself until the stack ends, dies of
+// an array without a count, does not return from a letter among the vertex numbers and reads a negative one as 0,
+// leaves out an instance of a geometry that is not there, takes a unit it cannot read for 1 and one of 0 as it is.
 #include <cmath>
 #include <map>
 #include <set>
@@ -16,7 +16,8 @@ constexpr double kMostNodes = 1e6;
 /// Value of an attribute in the inside of a tag, e.g. of `id` in `node id="a" name="b"`.
 std::optional<std::string> attribute(std::string_view tag, std::string_view name) {
   for (std::size_t at = tag.find(name); at != std::string_view::npos; at = tag.find(name, at + 1)) {
-    const bool starts = at > 0 && (tag[at - 1] == ' ' || tag[at - 1] == '\t' || tag[at - 1] == '\n' || tag[at - 1] == '\r');
+    const bool starts =
+        at > 0 && (tag[at - 1] == ' ' || tag[at - 1] == '\t' || tag[at - 1] == '\n' || tag[at - 1] == '\r');
     const std::size_t equals = tag.find_first_not_of(" \t\r\n", at + name.size());
     if (!starts || equals == std::string_view::npos || tag[equals] != '=') continue;
     const std::size_t open = tag.find_first_of("\"'", equals);
@@ -77,12 +78,23 @@ Problems checkDae(const std::string& text, const std::string& path) {
       const std::optional<std::string> meter = attribute(tag, "meter");
       const std::optional<double> value = meter ? numbers.number(*meter) : 1.0;
       if (!value || !std::isfinite(*value) || *value <= 0.0) {
-        problems.push_back({atLine(path, line), "unit meter=" + quoted(*meter) + "; allowed is a length > 0 in metres"});
+        problems.push_back(
+            {atLine(path, line), "unit meter=" + quoted(*meter) + "; allowed is a length > 0 in metres"});
       }
-    } else if (name == "p" || name == "h") {
-      const std::size_t minus = text.find_first_of("-<", end);
-      if (minus != std::string::npos && text[minus] == '-') {
-        problems.push_back({atLine(path, line), "negative vertex number in <p>"});
+    } else if (name == "p" || name == "h" || name == "vcount") {
+      const std::size_t odd = text.find_first_not_of("0123456789 \t\r\n", end + 1);
+      if (odd != std::string::npos && text[odd] != '<') {
+        const std::size_t past = text.find_first_of(" \t\r\n<", odd);
+        problems.push_back({atLine(path, line), quoted(std::string_view(text).substr(odd, past - odd)) + " in <" +
+                                                    std::string(name) + "> is not a vertex number"});
+      }
+    } else if (name == "float_array") {
+      const std::optional<double> count = numbers.number(attribute(tag, "count").value_or(""));
+      // Two bytes to a number, the last one without a blank.
+      if (!count || *count < 0.0 || *count > 0.5 * static_cast<double>(text.size())) {
+        problems.push_back(
+            {atLine(path, line), "float_array with count=" + quoted(attribute(tag, "count").value_or("")) +
+                                     " in a file of " + std::to_string(text.size()) + " bytes"});
       }
     } else if (name == "geometry") {
       geometries.insert(attribute(tag, "id").value_or(""));
@@ -107,7 +119,8 @@ Problems checkDae(const std::string& text, const std::string& path) {
   }
   for (const auto& [instance_line, id] : instances) {
     if (geometries.count(id) == 0) {
-      problems.push_back({atLine(path, instance_line), "<instance_geometry> of " + quoted(id) + ", which is not in the file"});
+      problems.push_back(
+          {atLine(path, instance_line), "<instance_geometry> of " + quoted(id) + ", which is not in the file"});
     }
   }
   const std::map<std::string, std::vector<std::string>> nodes = graph.children;
@@ -120,23 +133,6 @@ Problems checkDae(const std::string& text, const std::string& path) {
     break;
   }
   return problems;
-}
-
-Problems checkPly(const std::string& text, const std::string& path) {
-  WordReader words(text);
-  NumberReader numbers;
-  do {
-    const std::string_view keyword = words.wordOfLine();
-    if (keyword == "end_header") break;
-    if (keyword != "element") continue;
-    const std::string_view element = words.wordOfLine(), count = words.wordOfLine();
-    const std::optional<double> value = numbers.number(count);
-    // An element takes a byte at the very least.
-    if (value && *value >= 0.0 && *value <= static_cast<double>(text.size())) continue;
-    return {{atLine(path, words.line()), "announces " + quoted(count) + " of element " + quoted(element) + " in a file of " +
-                                             std::to_string(text.size()) + " bytes"}};
-  } while (words.nextLine());
-  return {};
 }
 
 }  // namespace ellipsoid_vehicle_sim

@@ -1,5 +1,5 @@
-// Why not assimp 5.2: it rounds coordinates to float (half a metre in a national grid), says "index out of range" without a
-// line, also when the fault is an unreadable vertex before it, and opens files the mesh names.
+// Why not assimp 5.2: it rounds coordinates to float (half a metre in a national grid), says "index out of range"
+// without a line, also when the fault is an unreadable vertex before it, and opens files the mesh names.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -53,17 +53,17 @@ class ObjReader {
 
  private:
   static bool isKnown(std::string_view keyword) {
-    constexpr std::array<std::string_view, 16> kHarmless = {"vt",     "vn",    "vp",      "g",        "o",      "s",
-                                                            "usemtl", "mg",    "bevel",   "c_interp", "d_interp", "lod",
-                                                            "usemap", "maplib", "shadow_obj", "trace_obj"};
+    constexpr std::array<std::string_view, 16> kHarmless = {
+        "vt",    "vn",       "vp",       "g",   "o",      "s",      "usemtl",     "mg",
+        "bevel", "c_interp", "d_interp", "lod", "usemap", "maplib", "shadow_obj", "trace_obj"};
     return std::find(kHarmless.begin(), kHarmless.end(), keyword) != kHarmless.end();
   }
 
   void note(std::string text) { result_.notes.push_back(std::move(text)); }
   void problem(std::string message) { result_.problems.push_back({atLine(path_, line_), std::move(message)}); }
   void refuse(int line, long index) {
-    result_.problems.push_back({atLine(path_, line), "face with vertex " + std::to_string(index) + "; allowed are 1 to " +
-                                                         std::to_string(mesh_.vertices.size()) +
+    result_.problems.push_back({atLine(path_, line), "face with vertex " + std::to_string(index) +
+                                                         "; allowed are 1 to " + std::to_string(mesh_.vertices.size()) +
                                                          ", or negative ones counted back from here"});
   }
 

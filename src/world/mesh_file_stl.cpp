@@ -1,6 +1,6 @@
-// Why not assimp 5.2: it refuses a binary file with bytes after its triangles (or finds no triangle in it, without a word,
-// when the header says "solid"), text in capitals or after a blank line; it drops a loop's fourth corner silently; and it
-// rounds the numbers of text files to float.
+// Why not assimp 5.2: it refuses a binary file with bytes after its triangles (or finds no triangle in it, without a
+// word, when the header says "solid"), text in capitals or after a blank line; it drops a loop's fourth corner
+// silently; and it rounds the numbers of text files to float.
 #include <algorithm>
 #include <cctype>
 #include <cstring>
@@ -28,9 +28,9 @@ float floatAt(const std::string& text, std::size_t at) {
 }
 
 bool isWord(std::string_view word, const char* lower_case) {
-  return word.size() == std::strlen(lower_case) &&
-         std::equal(word.begin(), word.end(), lower_case,
-                    [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; });
+  return word.size() == std::strlen(lower_case) && std::equal(word.begin(), word.end(), lower_case, [](char a, char b) {
+           return std::tolower(static_cast<unsigned char>(a)) == b;
+         });
 }
 
 /// Begins with the word "solid" and holds nothing at its start that a text would not.

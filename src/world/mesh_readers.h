@@ -18,10 +18,9 @@ namespace ellipsoid_vehicle_sim {
 Loaded<MeshData> readStl(const std::string& text, const std::string& path);
 Loaded<MeshData> readObj(const std::string& text, const std::string& path);
 
-/// What assimp would not survive or not notice: <instance_node> that contains itself, absurd nesting, a bad unit, negative
-/// indices; and element counts of a PLY file that its length cannot hold.
+/// What assimp would not survive or not notice: <instance_node> that contains itself, absurd nesting, a bad unit,
+/// negative indices, instances of nothing.
 Problems checkDae(const std::string& text, const std::string& path);
-Problems checkPly(const std::string& text, const std::string& path);
 
 /// Appends the count - 2 triangles of a polygon of `count` >= 3 corners, in its own sense; concave ones are cut along
 /// diagonals inside. Of a polygon that is no simple one (crossing itself, of no area), all are still there somehow.

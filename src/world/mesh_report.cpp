@@ -1,6 +1,7 @@
 #include "ellipsoid_vehicle_sim/world/mesh_report.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -17,9 +18,9 @@ std::uint64_t mix(std::uint64_t h) {
   return h ^ (h >> 32);
 }
 
-template <typename T>
-std::uint64_t hashOf(const std::array<T, 3>& key) {
-  static_assert(sizeof(T) == sizeof(std::uint64_t), "hashes 64-bit lanes");
+using Key = std::array<double, 3>;
+
+std::uint64_t hashOf(const Key& key) {
   std::array<std::uint64_t, 3> bits;
   std::memcpy(bits.data(), key.data(), sizeof bits);
   return mix(bits[0] * 0x9e3779b97f4a7c15u ^ mix(bits[1] * 0xd1342543de82ef95u ^ mix(bits[2])));
@@ -32,61 +33,18 @@ std::size_t tableSize(std::size_t n) {
   return size;
 }
 
-std::vector<std::uint32_t> weldEqual(const std::vector<Eigen::Vector3d>& vertices) {
+/// Welds vertices of equal keys; adding +0 to them turns -0 into 0.
+template <typename KeyOf>
+std::vector<std::uint32_t> weldByKey(const std::vector<Eigen::Vector3d>& vertices, KeyOf&& keyOf) {
   std::vector<std::uint32_t> weld(vertices.size());
   std::vector<std::uint32_t> table(tableSize(vertices.size()), kNone);
   const std::size_t last = table.size() - 1;
   for (std::uint32_t i = 0; i < vertices.size(); ++i) {
-    // Adding +0 turns -0 into 0.
-    const Eigen::Vector3d& v = vertices[i];
-    const std::array<double, 3> key = {v.x() + 0.0, v.y() + 0.0, v.z() + 0.0};
+    const Key key = keyOf(vertices[i]);
     std::size_t slot = hashOf(key) & last;
-    while (table[slot] != kNone && vertices[table[slot]] != v) slot = (slot + 1) & last;
+    while (table[slot] != kNone && keyOf(vertices[table[slot]]) != key) slot = (slot + 1) & last;
     if (table[slot] == kNone) table[slot] = i;
     weld[i] = table[slot];
-  }
-  return weld;
-}
-
-/// Vertices that stand for themselves are kept in cells of kCell tolerances; each later one looks into the cells its
-/// tolerance reaches. The cell is small enough to hold few of them, and large enough that one look is the usual case.
-std::vector<std::uint32_t> weldNear(const std::vector<Eigen::Vector3d>& vertices, double tolerance) {
-  constexpr double kCell = 8.0;
-  using Cell = std::array<std::int64_t, 3>;
-  const double per_cell = 1.0 / (kCell * tolerance);
-  Eigen::Vector3d lowest = vertices[0];
-  for (const Eigen::Vector3d& v : vertices) lowest = lowest.cwiseMin(v);
-  // Off the round numbers that meshes like, or half the vertices would lie on a border of cells.
-  const Eigen::Vector3d origin = lowest - Eigen::Vector3d(0.61, 0.57, 0.53) * kCell * tolerance;
-  const auto cellOf = [&](const Eigen::Vector3d& p) {
-    const Eigen::Vector3d at = (p - origin) * per_cell;
-    return Cell{static_cast<std::int64_t>(at.x()), static_cast<std::int64_t>(at.y()), static_cast<std::int64_t>(at.z())};
-  };
-  std::vector<std::uint32_t> weld(vertices.size());
-  std::vector<std::uint32_t> head(tableSize(vertices.size() / 2), kNone), next(vertices.size(), kNone);
-  const std::size_t last = head.size() - 1;
-  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(tolerance);
-  for (std::uint32_t i = 0; i < vertices.size(); ++i) {
-    const Eigen::Vector3d& v = vertices[i];
-    const Cell lo = cellOf(v - reach), hi = cellOf(v + reach);
-    std::uint32_t found = kNone;
-    Cell c;
-    for (c[0] = lo[0]; c[0] <= hi[0]; ++c[0]) {
-      for (c[1] = lo[1]; c[1] <= hi[1]; ++c[1]) {
-        for (c[2] = lo[2]; c[2] <= hi[2]; ++c[2]) {
-          for (std::uint32_t j = head[hashOf(c) & last]; j != kNone; j = next[j]) {
-            if (j < found && (vertices[j] - v).squaredNorm() <= tolerance * tolerance) found = j;
-          }
-        }
-      }
-    }
-    if (found == kNone) {
-      found = i;
-      std::uint32_t& first = head[hashOf(cellOf(v)) & last];
-      next[i] = first;
-      first = i;
-    }
-    weld[i] = found;
   }
   return weld;
 }
@@ -153,7 +111,8 @@ void countDuplicates(const std::vector<Corners>& triangles, std::size_t vertex_c
   });
   for (std::size_t v = 0; v < vertex_count; ++v) {
     const auto begin = groups.entries.begin() + groups.begin[v], end = groups.entries.begin() + groups.begin[v + 1];
-    std::sort(begin, end, [](const Rest& a, const Rest& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
+    std::sort(begin, end,
+              [](const Rest& a, const Rest& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
     for (auto first = begin; first != end;) {
       std::int64_t with = 0, against = 0;
       auto past = first;
@@ -170,7 +129,12 @@ void countDuplicates(const std::vector<Corners>& triangles, std::size_t vertex_c
 }  // namespace
 
 std::vector<std::uint32_t> weldVertices(const std::vector<Eigen::Vector3d>& vertices, double tolerance) {
-  return tolerance > 0.0 ? weldNear(vertices, tolerance) : weldEqual(vertices);
+  if (!(tolerance > 0.0)) {
+    return weldByKey(vertices, [](const Eigen::Vector3d& v) { return Key{v.x() + 0.0, v.y() + 0.0, v.z() + 0.0}; });
+  }
+  const double per_step = 1.0 / tolerance;
+  const auto step = [per_step](double x) { return std::nearbyint(x * per_step) + 0.0; };
+  return weldByKey(vertices, [step](const Eigen::Vector3d& v) { return Key{step(v.x()), step(v.y()), step(v.z())}; });
 }
 
 MeshReport inspectMesh(const std::vector<Eigen::Vector3d>& vertices, const std::vector<Corners>& triangles) {

@@ -31,30 +31,31 @@ void checkSoup(const TriangleSoup& soup, Problems& problems) {
   const std::size_t surface_count = std::max<std::size_t>(soup.surfaces.size(), 1);
   for (std::size_t i = 0; i < soup.surface.size(); ++i) {
     if (soup.surface[i] < surface_count) continue;
-    problems.push_back({"terrain triangle " + std::to_string(i), "surface number " + std::to_string(soup.surface[i]) +
-                                                                     " of " + std::to_string(surface_count)});
+    problems.push_back({"terrain triangle " + std::to_string(i),
+                        "surface number " + std::to_string(soup.surface[i]) + " of " + std::to_string(surface_count)});
     break;
   }
   for (std::size_t i = 0; i < soup.triangles.size(); ++i) {
     for (const std::uint32_t v : soup.triangles[i]) {
       const auto where = [i]() { return "terrain triangle " + std::to_string(i); };
       if (v >= soup.vertices.size()) {
-        problems.push_back({where(), "vertex number " + std::to_string(v) + " of " + std::to_string(soup.vertices.size())});
+        problems.push_back(
+            {where(), "vertex number " + std::to_string(v) + " of " + std::to_string(soup.vertices.size())});
         return;
       }
       const Vector3d& p = soup.vertices[v];
       // The comparison is false for NaN.
       if (!(p.array().abs() <= kLargestCoordinate).all()) {
         problems.push_back({where(), "corner (" + std::to_string(p.x()) + ", " + std::to_string(p.y()) + ", " +
-                                       std::to_string(p.z()) + ") m; allowed are finite coordinates up to 1e9 m"});
+                                         std::to_string(p.z()) + ") m; allowed are finite coordinates up to 1e9 m"});
         return;
       }
     }
   }
 }
 
-/// Twice the signed area of (a, b, p) seen from +z, with a bound of its rounding error. Exactly antisymmetric in a and b,
-/// so that two triangles see the same number, with opposite signs, along the edge they share.
+/// Twice the signed area of (a, b, p) seen from +z, with a bound of its rounding error. Exactly antisymmetric in a and
+/// b, so that two triangles see the same number, with opposite signs, along the edge they share.
 struct SignedValue {
   double value, error;
 };
@@ -215,7 +216,8 @@ std::vector<HeightHit> Terrain::heights(double x, double y) const {
     if (std::abs(area) <= error) return;
     const double sign = area > 0.0 ? 1.0 : -1.0;
     if (sign * wa.value < -wa.error || sign * wb.value < -wb.error || sign * wc.value < -wc.error) return;
-    const bool on_edge = std::abs(wa.value) <= wa.error || std::abs(wb.value) <= wb.error || std::abs(wc.value) <= wc.error;
+    const bool on_edge =
+        std::abs(wa.value) <= wa.error || std::abs(wb.value) <= wb.error || std::abs(wc.value) <= wc.error;
     const double z = (wa.value * a.z() + wb.value * b.z() + wc.value * c.z()) / area;
     hits.push_back({{z, area > 0.0, i}, on_edge});
   });
@@ -244,8 +246,9 @@ std::optional<int> Terrain::firstFrontCrossing(const Vector3d& a, const Vector3d
   if (!a.allFinite() || !b.allFinite()) return first;
   impl_->tree.visitAlong(a, b, [&](int i) {
     const Triangle t = triangle(i);
-    // Heights over the plane. A start within rounding of it counts as in front and an end only when it is clearly behind;
-    // the two margins overlap, so that of two touching triangles one takes a segment that starts or ends on them.
+    // Heights over the plane. A start within rounding of it counts as in front and an end only when it is clearly
+    // behind; the two margins overlap, so that of two touching triangles one takes a segment that starts or ends on
+    // them.
     const double above_a = t.nhat_W.dot(a - t.v[0]), above_b = t.nhat_W.dot(b - t.v[0]);
     const double error_a = kRounding * ((a - t.v[0]).norm() + t.v[0].norm());
     const double error_b = kRounding * ((b - t.v[0]).norm() + t.v[0].norm());

@@ -1,5 +1,6 @@
-// What one ellipsoid against one triangle costs: a wheel of 0.35 x 0.12 x 0.35 m and triangles with edges of about 1 m, depths of
-// 0.1 to 50 mm. Each case cycles through 64 poses of its kind, so that the branch predictor learns no single one.
+// What one ellipsoid against one triangle costs: a wheel of 0.35 x 0.12 x 0.35 m and triangles with edges of about 1
+// m, depths of 0.1 to 50 mm. Each case cycles through 64 poses of its kind, so that the branch predictor learns no
+// single one.
 #include <benchmark/benchmark.h>
 
 #include <vector>
@@ -13,8 +14,7 @@ enum class Kind { kNearMiss, kMissBeside, kFace, kEdge, kVertex };
 
 /// The wheel steered and leaning a little over a triangle that lies nearly level.
 ContactCase wheelCase(Kind kind, RandomContactCases& random) {
-  const Eigen::Matrix3d tilt =
-      Eigen::AngleAxisd(random.uniform(-0.3, 0.3), random.unitVector()).toRotationMatrix();
+  const Eigen::Matrix3d tilt = Eigen::AngleAxisd(random.uniform(-0.3, 0.3), random.unitVector()).toRotationMatrix();
   const Triangle triangle = makeTriangle(tilt * Eigen::Vector3d(0.0, 0.0, 0.0), tilt * Eigen::Vector3d(1.1, 0.1, 0.0),
                                          tilt * Eigen::Vector3d(0.3, 0.9, 0.0));
   const auto& v = triangle.v;
@@ -42,7 +42,8 @@ ContactCase wheelCase(Kind kind, RandomContactCases& random) {
     case Kind::kEdge:
       return {RandomContactCases::placed(R, r, on_edge, u_edge, depth), triangle};
     default:
-      return {RandomContactCases::placed(R, r, v[k], (n + random.uniform(0.05, 2.0) * outwards).normalized(), depth), triangle};
+      return {RandomContactCases::placed(R, r, v[k], (n + random.uniform(0.05, 2.0) * outwards).normalized(), depth),
+              triangle};
   }
 }
 

@@ -27,7 +27,9 @@ TriangleSoup rolling(int n) {
   return soup;
 }
 
-int cellsFor(std::int64_t triangles) { return static_cast<int>(std::lround(std::sqrt(0.5 * static_cast<double>(triangles)))); }
+int cellsFor(std::int64_t triangles) {
+  return static_cast<int>(std::lround(std::sqrt(0.5 * static_cast<double>(triangles))));
+}
 
 const Terrain& rollingTerrain(std::int64_t triangles) {
   static std::map<std::int64_t, Terrain> terrains;

@@ -23,8 +23,8 @@ TEST(NumberText, ReadsANumberTooSmallForADoubleAsNearlyZero) {
 }
 
 TEST(NumberText, RefusesWhatIsNoFiniteDecimal) {
-  for (const char* text : {"", " ", "1,5", "nan", "inf", "-inf", "NaN", "0x10", "1e999", "1.5m", "1e", "e5", ".", "--1", "1 2",
-                           "1.2.3", "${r}", "1f", "٣"}) {
+  for (const char* text : {"", " ", "1,5", "nan", "inf", "-inf", "NaN", "0x10", "1e999", "1.5m", "1e", "e5", ".", "--1",
+                           "1 2", "1.2.3", "${r}", "1f", "٣"}) {
     EXPECT_FALSE(parseNumber(text)) << text;
   }
 }

@@ -12,7 +12,8 @@ Loaded<VehicleDescription> loadBad(const std::string& name) { return loadUrdfFil
 // --- Files that are no URDF -----------------------------------------------------------------------------------------
 
 TEST(UrdfRefusals, NoSuchFileAndAFolder) {
-  EXPECT_TRUE(refusedWith(loadUrdfFile("/no/such/car.urdf"), {"/no/such/car.urdf", "does not exist or cannot be opened"}));
+  EXPECT_TRUE(
+      refusedWith(loadUrdfFile("/no/such/car.urdf"), {"/no/such/car.urdf", "does not exist or cannot be opened"}));
   EXPECT_TRUE(refusedWith(loadUrdfFile(kTestUrdfFolder), {"this is a folder"}));
 }
 
@@ -26,7 +27,8 @@ TEST(UrdfRefusals, AGitLfsPointerSaysHowToGetTheFile) {
 }
 
 TEST(UrdfRefusals, MalformedXmlNamesTheLine) {
-  EXPECT_TRUE(refusedWith(loadBad("bad_malformed.urdf"), {"bad_malformed.urdf:15: malformed XML", "mismatched element", "link"}));
+  EXPECT_TRUE(refusedWith(loadBad("bad_malformed.urdf"),
+                          {"bad_malformed.urdf:15: malformed XML", "mismatched element", "link"}));
   EXPECT_TRUE(refusedWith(loadUrdfText("car", "x.urdf"), {"x.urdf", "malformed XML"}));
   EXPECT_TRUE(refusedWith(loadUrdfText("<robot name=\"a\"", "x.urdf"), {"x.urdf:1", "malformed XML"}));
   EXPECT_TRUE(refusedWith(loadUrdfText(std::string("<robot name=\"a\">\0</robot>", 25), "x.urdf"), {"zero bytes"}));
@@ -43,7 +45,8 @@ TEST(UrdfRefusals, XacroThatWasNotRun) {
                           {"bad_xacro_left_over.urdf:3", "xacro was not run", "<xacro:property>", "1 more"}));
   EXPECT_TRUE(refusedWith(loadText(linkText("base", "<inertial><mass value=\"${mass}\"/></inertial>")),
                           {"test.urdf:3", "xacro was not run", "<mass value=\"${mass}\">"}));
-  EXPECT_TRUE(refusedWith(loadText("<gazebo><p>$(find car)/p.yaml</p></gazebo>" + baseText()), {"test.urdf:2", "$(find car)"}));
+  EXPECT_TRUE(
+      refusedWith(loadText("<gazebo><p>$(find car)/p.yaml</p></gazebo>" + baseText()), {"test.urdf:2", "$(find car)"}));
 }
 
 TEST(UrdfRefusals, AnotherRootElement) {
@@ -63,7 +66,8 @@ TEST(UrdfRefusals, EveryProblemOfAFileIsToldAtOnce) {
   const auto loaded = loadBad("bad_many.urdf");
   EXPECT_TRUE(refusedWith(loaded, {"bad_many.urdf:5 link 'base_link'", "<mass value=\"1,5\"> is no number"}));
   EXPECT_TRUE(refusedWith(loaded, {"bad_many.urdf:10 link 'base_link'", "<box size=\"1 0 1\">", "> 0"}));
-  EXPECT_TRUE(refusedWith(loaded, {"bad_many.urdf:15 link 'base_link'", "<mesh scale=\"1 1 1 1\">", "4 numbers", "three"}));
+  EXPECT_TRUE(
+      refusedWith(loaded, {"bad_many.urdf:15 link 'base_link'", "<mesh scale=\"1 1 1 1\">", "4 numbers", "three"}));
   EXPECT_TRUE(refusedWith(loaded, {"bad_many.urdf:20 link 'arm'", "principal moments are -1, 1, 3"}));
   EXPECT_TRUE(refusedWith(loaded, {"bad_many.urdf:30 joint 'shoulder'", "<axis xyz=\"0 0 0\"> has no direction"}));
   EXPECT_TRUE(refusedWith(loaded, {"bad_many.urdf:31 joint 'shoulder'", "lower=1 above upper=-1"}));
@@ -78,9 +82,11 @@ TEST(UrdfRefusals, EveryProblemOfAFileIsToldAtOnce) {
 TEST(UrdfRefusals, ImpossibleMasses) {
   EXPECT_TRUE(refusedWith(loadBad("bad_negative_mass.urdf"),
                           {"bad_negative_mass.urdf:17 link 'front_left_wheel'", "<mass value=\"-1\">", ">= 0"}));
-  EXPECT_TRUE(refusedWith(loadBad("bad_nan_mass.urdf"), {"bad_nan_mass.urdf:17", "<mass value=\"nan\"> is no number", "finite"}));
-  EXPECT_TRUE(refusedWith(loadBad("bad_zero_mass.urdf"), {"bad_zero_mass.urdf:15 link 'front_left_wheel'",
-                                                          "moves on joint 'front_left_axle'", "weighs 0 kg", "> 0 kg"}));
+  EXPECT_TRUE(refusedWith(loadBad("bad_nan_mass.urdf"),
+                          {"bad_nan_mass.urdf:17", "<mass value=\"nan\"> is no number", "finite"}));
+  EXPECT_TRUE(refusedWith(
+      loadBad("bad_zero_mass.urdf"),
+      {"bad_zero_mass.urdf:15 link 'front_left_wheel'", "moves on joint 'front_left_axle'", "weighs 0 kg", "> 0 kg"}));
 }
 
 TEST(UrdfRefusals, AWheelWithoutInertialWeighsNothing) {
@@ -100,7 +106,9 @@ TEST(UrdfRefusals, AnInertiaNoBodyCanHave) {
 }
 
 TEST(UrdfRefusals, AnIncompleteInertial) {
-  const auto with = [](const std::string& inertial) { return loadText(linkText("base", "<inertial>" + inertial + "</inertial>")); };
+  const auto with = [](const std::string& inertial) {
+    return loadText(linkText("base", "<inertial>" + inertial + "</inertial>"));
+  };
   EXPECT_TRUE(refusedWith(with("<mass value=\"1\"/>"), {"<inertial> has no <inertia>"}));
   EXPECT_TRUE(refusedWith(with("<mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\"/>"),
                           {"<inertia> has no izz"}));
@@ -110,13 +118,14 @@ TEST(UrdfRefusals, AnIncompleteInertial) {
 // --- Shapes ---------------------------------------------------------------------------------------------------------
 
 TEST(UrdfRefusals, ShapesOfNoSize) {
-  EXPECT_TRUE(refusedWith(loadBad("bad_negative_radius.urdf"),
-                          {"bad_negative_radius.urdf:23 link 'front_left_wheel'", "<cylinder radius=\"-0.1\">", "> 0"}));
+  EXPECT_TRUE(refusedWith(loadBad("bad_negative_radius.urdf"), {"bad_negative_radius.urdf:23 link 'front_left_wheel'",
+                                                                "<cylinder radius=\"-0.1\">", "> 0"}));
   EXPECT_TRUE(refusedWith(loadBad("bad_infinite_radius.urdf"), {"<cylinder radius=\"inf\"> is no number"}));
   for (const char* shape : {"<sphere radius=\"0\"/>", "<cylinder radius=\"1\" length=\"0\"/>", "<box size=\"1 -1 1\"/>",
                             "<mesh filename=\"a.stl\" scale=\"1 0 1\"/>", "<mesh filename=\"a.stl\" scale=\"1 -1 1\"/>",
                             "<mesh filename=\"a.stl\" scale=\"1 inf 1\"/>"}) {
-    EXPECT_TRUE(refusedWith(loadText(linkText("base", inertialText() + collisionText(shape))), {"link 'base'", "> 0"})) << shape;
+    EXPECT_TRUE(refusedWith(loadText(linkText("base", inertialText() + collisionText(shape))), {"link 'base'", "> 0"}))
+        << shape;
   }
 }
 
@@ -131,10 +140,12 @@ TEST(UrdfRefusals, ShapesThatAreIncomplete) {
 }
 
 TEST(UrdfRefusals, WhatUrdfdomDropsWithoutAWord) {
-  EXPECT_TRUE(refusedWith(loadBad("bad_dropped_shape.urdf"),
-                          {"bad_dropped_shape.urdf:16 link 'base_link'", "unknown shape <capsule>", "box, cylinder, sphere, mesh"}));
-  EXPECT_TRUE(refusedWith(loadText(linkText("base", inertialText() + collisionText("<sphere radius=\"1\"/><sphere radius=\"2\"/>"))),
-                          {"a second shape <sphere>", "allowed is one"}));
+  EXPECT_TRUE(refusedWith(
+      loadBad("bad_dropped_shape.urdf"),
+      {"bad_dropped_shape.urdf:16 link 'base_link'", "unknown shape <capsule>", "box, cylinder, sphere, mesh"}));
+  EXPECT_TRUE(refusedWith(
+      loadText(linkText("base", inertialText() + collisionText("<sphere radius=\"1\"/><sphere radius=\"2\"/>"))),
+      {"a second shape <sphere>", "allowed is one"}));
 }
 
 TEST(UrdfRefusals, ADifferenceToUrdfdomQuotesItsReason) {
@@ -145,8 +156,10 @@ TEST(UrdfRefusals, ADifferenceToUrdfdomQuotesItsReason) {
 }
 
 TEST(UrdfRefusals, WhatUrdfdomRefusesAsAWhole) {
-  const std::string visual = "<visual><geometry><sphere radius=\"1\"/></geometry><material name=\"red\"/></visual>";
-  EXPECT_TRUE(refusedWith(loadText(linkText("base", inertialText() + visual)), {"urdfdom", "material 'red' undefined"}));
+  const std::string incomplete = baseText() +
+                                 linkText("w", inertialText() + collisionText("<sphere radius=\"0.1\"/>")) +
+                                 jointText("j", "continuous", "base", "w", "0 0 0", "0 1 0", "<safety_controller/>");
+  EXPECT_TRUE(refusedWith(loadText(incomplete), {"test.urdf: urdfdom", "refuses this file", "no k_velocity"}));
   const std::string red = "<material name=\"red\"><color rgba=\"1 0 0 1\"/></material>\n";
   EXPECT_TRUE(refusedWith(loadText(red + red + baseText()), {"test.urdf:3 material 'red'", "defined twice"}));
 }
@@ -158,8 +171,9 @@ TEST(UrdfRefusals, UrdfdomsChatterDoesNotReachTheConsole) {
 }
 
 TEST(UrdfRefusals, CollisionMeshesThatCannotBeUsed) {
-  EXPECT_TRUE(refusedWith(loadBad("bad_mesh_missing.urdf"),
-                          {"bad_mesh_missing.urdf:11 link 'base_link'", "cart_description/meshes/not_there.stl", "was not found"}));
+  EXPECT_TRUE(refusedWith(
+      loadBad("bad_mesh_missing.urdf"),
+      {"bad_mesh_missing.urdf:11 link 'base_link'", "cart_description/meshes/not_there.stl", "was not found"}));
   EXPECT_TRUE(refusedWith(loadBad("bad_mesh_empty.urdf"), {"bad_mesh_empty.urdf:11", "empty.stl", "is empty"}));
   EXPECT_TRUE(refusedWith(loadBad("bad_mesh_git_lfs.urdf"), {"bad_mesh_git_lfs.urdf:11", "git lfs pull"}));
   EXPECT_TRUE(refusedWith(loadBad("bad_mesh_nan.urdf"), {"bad_mesh_nan.urdf:11", "nan.stl", "finite"}));
@@ -169,13 +183,17 @@ TEST(UrdfRefusals, AMeshReaderThatThrowsOrLies) {
   UrdfOptions options;
   const std::string link = linkText("base", inertialText() + collisionText("<mesh filename=\"m.stl\"/>"));
   const UriResolver everything = [](const std::string& uri) { return std::optional<std::string>(uri); };
-  options.read_mesh = [](const std::string&) -> Loaded<std::vector<Eigen::Vector3d>> { throw std::runtime_error("out of ink"); };
+  options.read_mesh = [](const std::string&) -> Loaded<std::vector<Eigen::Vector3d>> {
+    throw std::runtime_error("out of ink");
+  };
   EXPECT_TRUE(refusedWith(loadUrdfText(robotText(link), "x.urdf", everything, options), {"x.urdf", "out of ink"}));
   options.read_mesh = [](const std::string&) {
     return Loaded<std::vector<Eigen::Vector3d>>{std::vector<Eigen::Vector3d>{{0, 0, std::nan("")}}, {}, {}};
   };
   EXPECT_TRUE(refusedWith(loadUrdfText(robotText(link), "x.urdf", everything, options), {"not finite"}));
-  options.read_mesh = [](const std::string&) { return Loaded<std::vector<Eigen::Vector3d>>{std::vector<Eigen::Vector3d>{}, {}, {}}; };
+  options.read_mesh = [](const std::string&) {
+    return Loaded<std::vector<Eigen::Vector3d>>{std::vector<Eigen::Vector3d>{}, {}, {}};
+  };
   EXPECT_TRUE(refusedWith(loadUrdfText(robotText(link), "x.urdf", everything, options), {"holds no triangles"}));
 }
 
@@ -191,14 +209,18 @@ TEST(UrdfRefusals, JointsThatAreNotSimulatedOrUnknown) {
 
 TEST(UrdfRefusals, LimitsThatAreNone) {
   const auto with = [](const std::string& limit) {
-    return loadText(baseText() + linkText("arm", inertialText()) + jointText("j", "revolute", "base", "arm", "0 0 0", "0 1 0", limit));
+    return loadText(baseText() + linkText("arm", inertialText()) +
+                    jointText("j", "revolute", "base", "arm", "0 0 0", "0 1 0", limit));
   };
   EXPECT_TRUE(refusedWith(with(""), {"joint 'j'", "revolute joint has no <limit>"}));
   EXPECT_TRUE(refusedWith(with("<limit lower=\"-1\" upper=\"1\" velocity=\"1\"/>"), {"<limit> has no effort"}));
-  EXPECT_TRUE(refusedWith(with("<limit lower=\"-1\" upper=\"1\" effort=\"-5\" velocity=\"1\"/>"), {"<limit effort=\"-5\">", ">= 0"}));
-  EXPECT_TRUE(refusedWith(with("<limit lower=\"0.5\" effort=\"5\" velocity=\"1\"/>"), {"lower=0.5", "other is 0 by default"}));
-  EXPECT_TRUE(refusedWith(with("<limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/><dynamics damping=\"-1\"/>"),
-                          {"<dynamics damping=\"-1\">", ">= 0"}));
+  EXPECT_TRUE(refusedWith(with("<limit lower=\"-1\" upper=\"1\" effort=\"-5\" velocity=\"1\"/>"),
+                          {"<limit effort=\"-5\">", ">= 0"}));
+  EXPECT_TRUE(
+      refusedWith(with("<limit lower=\"0.5\" effort=\"5\" velocity=\"1\"/>"), {"lower=0.5", "other is 0 by default"}));
+  EXPECT_TRUE(
+      refusedWith(with("<limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/><dynamics damping=\"-1\"/>"),
+                  {"<dynamics damping=\"-1\">", ">= 0"}));
 }
 
 TEST(UrdfRefusals, NamesGivenTwice) {
@@ -224,17 +246,19 @@ TEST(UrdfRefusals, LinksThatMakeNoTree) {
 TEST(UrdfRefusals, MimicsInACircle) {
   const std::string limit = "<limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/>";
   const auto arm = [&limit](const std::string& name, const std::string& other) {
-    return linkText(name, inertialText()) +
-           jointText(name + "_j", "revolute", "base", name, "0 0 0", "0 1 0", limit + "<mimic joint=\"" + other + "_j\"/>");
+    return linkText(name, inertialText()) + jointText(name + "_j", "revolute", "base", name, "0 0 0", "0 1 0",
+                                                      limit + "<mimic joint=\"" + other + "_j\"/>");
   };
-  EXPECT_TRUE(refusedWith(loadText(baseText() + arm("a", "b") + arm("b", "a")), {"joint 'a_j'", "in the end mimics it"}));
+  EXPECT_TRUE(
+      refusedWith(loadText(baseText() + arm("a", "b") + arm("b", "a")), {"joint 'a_j'", "in the end mimics it"}));
   EXPECT_TRUE(refusedWith(loadText(baseText() + arm("a", "a")), {"joint 'a_j'", "in the end mimics it"}));
 }
 
 TEST(UrdfRefusals, AnAttributeGivenTwice) {
-  EXPECT_TRUE(refusedWith(loadText(linkText("base", inertialText() + "<collision><geometry><sphere radius=\"1\" radius=\"2\"/>"
-                                                                    "</geometry></collision>")),
-                          {"attribute radius is given twice"}));
+  EXPECT_TRUE(
+      refusedWith(loadText(linkText("base", inertialText() + "<collision><geometry><sphere radius=\"1\" radius=\"2\"/>"
+                                                             "</geometry></collision>")),
+                  {"test.urdf:4: malformed XML: parsing attribute", "sphere"}));
 }
 
 // --- The vehicle as a whole -----------------------------------------------------------------------------------------
@@ -256,9 +280,11 @@ TEST(UrdfRefusals, OptionsThatNameNoJointOrTheWrongOne) {
   EXPECT_TRUE(refusedWith(loadText(baseText() + rearAxleText(), options), {"parameter drive_joints", "'nobody'"}));
   options = {};
   options.roles = {{"mast", JointRole::kSteer}};
-  const std::string mast = linkText("m", inertialText()) + jointText("mast", "prismatic", "base", "m", "0 0 0", "0 0 1",
-                                                                     "<limit lower=\"0\" upper=\"1\" effort=\"1\" velocity=\"1\"/>");
-  EXPECT_TRUE(refusedWith(loadText(baseText() + rearAxleText() + mast, options), {"prismatic joint cannot be 'steer'"}));
+  const std::string mast =
+      linkText("m", inertialText()) + jointText("mast", "prismatic", "base", "m", "0 0 0", "0 0 1",
+                                                "<limit lower=\"0\" upper=\"1\" effort=\"1\" velocity=\"1\"/>");
+  EXPECT_TRUE(
+      refusedWith(loadText(baseText() + rearAxleText() + mast, options), {"prismatic joint cannot be 'steer'"}));
 }
 
 }  // namespace

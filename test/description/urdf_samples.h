@@ -56,7 +56,9 @@ inline std::string wheelText(const std::string& name, const std::string& parent,
 }
 
 /// Two wheels on the base's rear axle.
-inline std::string rearAxleText() { return wheelText("rl", "base", "-0.2 0.25 0") + wheelText("rr", "base", "-0.2 -0.25 0"); }
+inline std::string rearAxleText() {
+  return wheelText("rl", "base", "-0.2 0.25 0") + wheelText("rr", "base", "-0.2 -0.25 0");
+}
 
 inline std::string transmissionText(const std::string& joint, const std::string& interface = "EffortJointInterface") {
   return "<transmission name=\"" + joint + "_t\"><joint name=\"" + joint + "\"><hardwareInterface>" + interface +
@@ -82,9 +84,9 @@ inline const LinkDescription& linkOf(const VehicleDescription& vehicle, const st
 }
 
 inline int countRole(const VehicleDescription& vehicle, JointRole role) {
-  return static_cast<int>(std::count_if(vehicle.joints.begin(), vehicle.joints.end(), [role](const JointDescription& j) {
-    return j.role == role && j.type != JointType::kFixed;
-  }));
+  return static_cast<int>(
+      std::count_if(vehicle.joints.begin(), vehicle.joints.end(),
+                    [role](const JointDescription& j) { return j.role == role && j.type != JointType::kFixed; }));
 }
 
 inline double massOf(const VehicleDescription& vehicle) {
@@ -102,7 +104,8 @@ inline bool anyHolds(const std::vector<std::string>& texts, const std::vector<st
 }
 
 /// Refused, with one of the problems holding every one of the words.
-inline testing::AssertionResult refusedWith(const Loaded<VehicleDescription>& loaded, const std::vector<std::string>& words) {
+inline testing::AssertionResult refusedWith(const Loaded<VehicleDescription>& loaded,
+                                            const std::vector<std::string>& words) {
   if (loaded) return testing::AssertionFailure() << "the file was loaded";
   std::vector<std::string> texts;
   for (const Problem& problem : loaded.problems) texts.push_back(problem.text());
@@ -111,7 +114,8 @@ inline testing::AssertionResult refusedWith(const Loaded<VehicleDescription>& lo
 }
 
 /// Loaded, with one of the notes holding every one of the words.
-inline testing::AssertionResult notedWith(const Loaded<VehicleDescription>& loaded, const std::vector<std::string>& words) {
+inline testing::AssertionResult notedWith(const Loaded<VehicleDescription>& loaded,
+                                          const std::vector<std::string>& words) {
   if (!loaded) return testing::AssertionFailure() << "the file was refused:\n" << problemText(loaded.problems);
   if (anyHolds(loaded.notes, words)) return testing::AssertionSuccess();
   testing::AssertionResult result = testing::AssertionFailure() << "no note says so:\n";

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <unistd.h>
 #include <filesystem>
 #include <fstream>
-#include <unistd.h>
 
 namespace ellipsoid_vehicle_sim {
 namespace {
@@ -57,8 +57,9 @@ TEST_F(UriResolution, FindsFileUrisAbsoluteAndRelativePaths) {
 
 TEST_F(UriResolution, FindsNothingWhereThereIsNoFile) {
   const auto resolve = fileResolver(at("checkout/cart.urdf"));
-  for (const char* uri : {"package://cart_description/meshes/c.stl", "package://other/meshes/b.stl", "package://", "package://x",
-                          "package:///meshes/b.stl", "file:///no/such/file", "http://example.org/b.stl", "", "meshes"}) {
+  for (const char* uri :
+       {"package://cart_description/meshes/c.stl", "package://other/meshes/b.stl", "package://", "package://x",
+        "package:///meshes/b.stl", "file:///no/such/file", "http://example.org/b.stl", "", "meshes"}) {
     EXPECT_FALSE(resolve(uri)) << uri;
   }
 }

@@ -35,12 +35,24 @@ TEST(Parameters, EveryRowReadsBackWhatItWrote) {
     for (const auto& row : table) {
       ParameterValue value = 1.0;
       switch (row.spec.kind) {
-        case ParameterKind::kFlag: value = true; break;
-        case ParameterKind::kNumber: value = row.spec.minimum + 0.25 * (row.spec.maximum - row.spec.minimum); break;
-        case ParameterKind::kChoice: value = row.spec.choices.back(); break;
-        case ParameterKind::kText: value = std::string("text"); break;
-        case ParameterKind::kNumberList: value = std::vector<double>(row.spec.length, 2.0); break;
-        case ParameterKind::kTextList: value = std::vector<std::string>{"a", "b"}; break;
+        case ParameterKind::kFlag:
+          value = true;
+          break;
+        case ParameterKind::kNumber:
+          value = row.spec.minimum + 0.25 * (row.spec.maximum - row.spec.minimum);
+          break;
+        case ParameterKind::kChoice:
+          value = row.spec.choices.back();
+          break;
+        case ParameterKind::kText:
+          value = std::string("text");
+          break;
+        case ParameterKind::kNumberList:
+          value = std::vector<double>(row.spec.length, 2.0);
+          break;
+        case ParameterKind::kTextList:
+          value = std::vector<std::string>{"a", "b"};
+          break;
       }
       ASSERT_FALSE(refusal(row.spec, value)) << row.spec.key;
       row.set(options, value);
@@ -53,7 +65,8 @@ TEST(Parameters, EveryRowReadsBackWhatItWrote) {
 }
 
 TEST(Parameters, LaterSourceWins) {
-  const auto loaded = parametersFrom({{"car.yaml ", {{"mu_static", 1.5}, {"max_speed", 7.0}}}, {"~", {{"max_speed", 9.0}}}});
+  const auto loaded =
+      parametersFrom({{"car.yaml ", {{"mu_static", 1.5}, {"max_speed", 7.0}}}, {"~", {{"max_speed", 9.0}}}});
   ASSERT_TRUE(loaded) << problemText(loaded.problems);
   EXPECT_EQ(loaded.value->config.mu_static, 1.5);
   EXPECT_EQ(loaded.value->config.max_speed, 9.0);
@@ -87,7 +100,8 @@ TEST(Parameters, WrongTypeIsRefusedAndTheYamlTrapExplained) {
   EXPECT_EQ(problemsOf({{"dt", std::string("1e-3")}}),
             "~dt: '1e-3' was read, expected a number (YAML reads 1e-3 as text: write 1.0e-3)\n");
   EXPECT_NE(problemsOf({{"lockstep", 1.0}}).find("expected true or false"), std::string::npos);
-  EXPECT_NE(problemsOf({{"start", std::vector<double>{1.0, 2.0}}}).find("has 2 numbers, expected 3"), std::string::npos);
+  EXPECT_NE(problemsOf({{"start", std::vector<double>{1.0, 2.0}}}).find("has 2 numbers, expected 3"),
+            std::string::npos);
 }
 
 TEST(Parameters, AllProblemsAreToldAtOnce) {
@@ -97,7 +111,8 @@ TEST(Parameters, AllProblemsAreToldAtOnce) {
 }
 
 TEST(Parameters, RateAboveTheTickRateIsRefused) {
-  EXPECT_NE(problemsOf({{"dt", 0.01}, {"publish_rate", 200.0}, {"allow_unstable", true}}).find("more than one message a tick"),
+  EXPECT_NE(problemsOf({{"dt", 0.01}, {"publish_rate", 200.0}, {"allow_unstable", true}})
+                .find("more than one message a tick"),
             std::string::npos);
 }
 

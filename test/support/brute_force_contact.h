@@ -11,10 +11,10 @@
 
 namespace ellipsoid_vehicle_sim::test {
 
-/// The contact definition, by sheer search: the least local minimum of F(u) = max_i u·(v_i - c) + h(u) on the hemisphere
-/// u·n > 0. Knows neither roots nor evolutes nor which part of the triangle T lies on: F is sampled over the whole hemisphere and
-/// over the circles u ⟂ edge (its creases), each low sample is followed downhill, and what F does around the end decides.
-/// Shares no code with the library but the two value types.
+/// The contact definition, by sheer search: the least local minimum of F(u) = max_i u·(v_i - c) + h(u) on the
+/// hemisphere u·n > 0. Knows neither roots nor evolutes nor which part of the triangle T lies on: F is sampled over
+/// the whole hemisphere and over the circles u ⟂ edge (its creases), each low sample is followed downhill, and what F
+/// does around the end decides. Shares no code with the library but the two value types.
 class BruteForceContact {
  public:
   BruteForceContact(const PosedEllipsoid& ellipsoid, const Triangle& triangle) : n_(triangle.nhat_W) {
@@ -71,12 +71,14 @@ class BruteForceContact {
     found_ = true;
   }
 
-  /// F's crease along the circle square to edge k: every local minimum of that corner's delta on it, by the sign of its slope.
+  /// F's crease along the circle square to edge k: every local minimum of that corner's delta on it, by the sign of
+  /// its slope.
   void searchCrease(int k) {
     const int l = (k + 1) % 3;
     const Vector3d e = (t_[l] - t_[k]).normalized();
     const Vector3d m = e.cross(n_).normalized(), n = m.cross(e);
-    // Two sets of angles: even, and even on the ellipsoid's outline; a disc's outline has its whole rim in a hair's breadth.
+    // Two sets of angles: even, and even on the ellipsoid's outline; a disc's outline has its whole rim in a hair's
+    // breadth.
     const Eigen::Vector2d axes(h(n), h(m));
     std::vector<double> angles;
     constexpr int kCount = 360;
@@ -154,7 +156,8 @@ class BruteForceContact {
     return fa > fb ? a : b;
   }
 
-  /// Samples of F on latitudes and longitudes about n and, squeezed by the semi-axes, about each of the ellipsoid's own axes.
+  /// Samples of F on latitudes and longitudes about n and, squeezed by the semi-axes, about each of the ellipsoid's
+  /// own axes.
   void searchHemisphere() {
     const Vector3d a = n_.unitOrthogonal();
     Eigen::Matrix3d frame;
@@ -174,7 +177,8 @@ class BruteForceContact {
     for (int i = 0; i < kLatitudes; ++i) {
       for (int j = 0; j < kLongitudes; ++j) {
         const double latitude = M_PI * (i + 0.5) / kLatitudes, longitude = 2.0 * M_PI * j / kLongitudes;
-        u.push_back(map({std::sin(latitude) * std::cos(longitude), std::sin(latitude) * std::sin(longitude), std::cos(latitude)}));
+        u.push_back(map(
+            {std::sin(latitude) * std::cos(longitude), std::sin(latitude) * std::sin(longitude), std::cos(latitude)}));
         f.push_back(F(u.back()));
       }
     }
@@ -210,11 +214,12 @@ class BruteForceContact {
       const Eigen::Vector2d gradient = basis.transpose() * (t_[i] + Au / half_width);
       gradient_norm = gradient.norm();
       const Eigen::Vector2d BAu = basis.transpose() * Au;
-      Eigen::Matrix2d hessian = basis.transpose() * A_ * basis / half_width - BAu * BAu.transpose() / std::pow(half_width, 3);
+      Eigen::Matrix2d hessian =
+          basis.transpose() * A_ * basis / half_width - BAu * BAu.transpose() / std::pow(half_width, 3);
       hessian -= f * Eigen::Matrix2d::Identity();
-      least_eigenvalue =
-          0.5 * hessian.trace() - std::hypot(0.5 * (hessian(0, 0) - hessian(1, 1)), hessian(0, 1));
-      const double shift = std::max(0.0, -least_eigenvalue) + damping * (std::max(0.0, -least_eigenvalue) + gradient.norm());
+      least_eigenvalue = 0.5 * hessian.trace() - std::hypot(0.5 * (hessian(0, 0) - hessian(1, 1)), hessian(0, 1));
+      const double shift =
+          std::max(0.0, -least_eigenvalue) + damping * (std::max(0.0, -least_eigenvalue) + gradient.norm());
       const Eigen::Matrix2d damped = hessian + shift * Eigen::Matrix2d::Identity();
       const Eigen::Vector2d d = damped.inverse() * (-gradient);
       if (!d.allFinite()) return;

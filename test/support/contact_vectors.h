@@ -25,10 +25,10 @@ struct ExpectedContact {
   double cond = 0.0;  ///< largest change of any output per unit relative change of the inputs.
 };
 
-constexpr int kAnswerJumps = 1;    ///< under a perturbation of 1e-9: not unique.
-constexpr int kNameJumps = 2;      ///< only the feature's name does.
-constexpr int kNearFold = 4;       ///< cond > 1e5.
-constexpr int kContinuum = 8;      ///< a continuum or a mirror pair of solutions.
+constexpr int kAnswerJumps = 1;  ///< under a perturbation of 1e-9: not unique.
+constexpr int kNameJumps = 2;    ///< only the feature's name does.
+constexpr int kNearFold = 4;     ///< cond > 1e5.
+constexpr int kContinuum = 8;    ///< a continuum or a mirror pair of solutions.
 constexpr int kNotComparable = kAnswerJumps | kNearFold | kContinuum;
 
 struct ContactVector {
@@ -100,10 +100,12 @@ inline std::vector<ContactVector> readContactVectors(const std::string& path) {
   return rows;
 }
 
-/// How far a contact is from the expected one, in parts of what plain doubles may lose on that row: 1 passes, infinity is
-/// another answer altogether. 1000 rounding errors, each magnified by the condition of the row or by the slimness of the
-/// triangle, whichever is more; points may lose 4 units in the last place of the world's coordinates besides.
-inline double errorInTolerances(const ContactVector& row, const ExpectedContact& expected, const TriangleContact& contact) {
+/// How far a contact is from the expected one, in parts of what plain doubles may lose on that row: 1 passes,
+/// infinity is another answer altogether. 1000 rounding errors, each magnified by the condition of the row or by the
+/// slimness of the triangle, whichever is more; points may lose 4 units in the last place of the world's coordinates
+/// besides.
+inline double errorInTolerances(const ContactVector& row, const ExpectedContact& expected,
+                                const TriangleContact& contact) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
   if (static_cast<bool>(contact) != expected.hit) return kInfinity;

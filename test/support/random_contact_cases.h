@@ -13,9 +13,10 @@ struct ContactCase {
   Triangle triangle;
 };
 
-/// Seeded poses of ellipsoids against triangles, most of them in contact with an edge or a corner: the ellipsoid is put so that
-/// a random push direction and depth are stationary there. Shapes: wheel, free, disc, needle, sphere, nearly a sphere; triangles:
-/// from a hundredth to a hundred times the ellipsoid, slivers down to 1:1e4; depths from 1e-6 of the size to right through.
+/// Seeded poses of ellipsoids against triangles, most of them in contact with an edge or a corner: the ellipsoid is
+/// put so that a random push direction and depth are stationary there. Shapes: wheel, free, disc, needle, sphere,
+/// nearly a sphere; triangles: from a hundredth to a hundred times the ellipsoid, slivers down to 1:1e4; depths from
+/// 1e-6 of the size to right through.
 class RandomContactCases {
  public:
   explicit RandomContactCases(unsigned seed) : engine_(seed) {}
@@ -65,7 +66,8 @@ class RandomContactCases {
       const Eigen::Vector3d v0 = uniform(0.0, 3.0) * unitVector();
       const Eigen::Vector3d along = unitVector(), across = along.unitOrthogonal();
       const double height = index(4) == 0 ? logUniform(slimmest, 1.0) : uniform(0.3, 1.0);
-      const Triangle t = makeTriangle(v0, v0 + size * along, v0 + size * (uniform(-0.3, 1.3) * along + height * across));
+      const Triangle t =
+          makeTriangle(v0, v0 + size * along, v0 + size * (uniform(-0.3, 1.3) * along + height * across));
       if (!hasArea(t)) continue;
       const int shift = index(3);
       return makeTriangle(t.v[shift], t.v[(shift + 1) % 3], t.v[(shift + 2) % 3]);
@@ -111,7 +113,8 @@ class RandomContactCases {
  private:
   Eigen::Matrix3d alignedWith(const Eigen::Vector3d& n) {
     const Eigen::Quaterniond q = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::Unit(index(3)), n);
-    return q.toRotationMatrix() * Eigen::AngleAxisd(0.5 * M_PI * index(4), Eigen::Vector3d::Unit(index(3))).toRotationMatrix();
+    return q.toRotationMatrix() *
+           Eigen::AngleAxisd(0.5 * M_PI * index(4), Eigen::Vector3d::Unit(index(3))).toRotationMatrix();
   }
 
   std::mt19937 engine_;

@@ -10,8 +10,8 @@
 namespace ellipsoid_vehicle_sim {
 
 /// Path of a real vehicle or world below the folder that the environment variable ELLIPSOID_VEHICLE_SIM_TEST_DATA names
-/// (it holds vehicles/ and worlds/). These files belong to others and are not in this repository: without them the calling
-/// test is reported as skipped, with the reason, and must return. Set but wrong is a failure, not a skip.
+/// (it holds vehicles/ and worlds/). These files belong to others and are not in this repository: without them the
+/// calling test is reported as skipped, with the reason, and must return. Set but wrong is a failure, not a skip.
 inline std::optional<std::string> testData(const std::string& relative) {
   const char* root = std::getenv("ELLIPSOID_VEHICLE_SIM_TEST_DATA");
   const auto skip = [&relative]() {

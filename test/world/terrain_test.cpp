@@ -76,7 +76,8 @@ void expectQueriesExact(const Terrain& terrain, unsigned seed, int count) {
 }
 
 TEST(Terrain, QueryReturnsExactlyTheBoxesThatMeetOnRollingGround) {
-  expectQueriesExact(built(gridSoup(40, 1.0, [](double x, double y) { return std::sin(x) * std::cos(0.7 * y); })), 1, 500);
+  expectQueriesExact(built(gridSoup(40, 1.0, [](double x, double y) { return std::sin(x) * std::cos(0.7 * y); })), 1,
+                     500);
 }
 
 TEST(Terrain, QueryIsExactForLongNeedlesBesideTinyTriangles) {
@@ -228,7 +229,8 @@ TEST(Terrain, HeightsNeverFallThroughASeam) {
   for (int i = 0; i < 20000; ++i) {
     const Triangle t = terrain.triangle(i % terrain.triangleCount());
     const double s = unit(random);
-    const Vector3d p = (1.0 - s) * t.v[static_cast<std::size_t>(i % 3)] + s * t.v[static_cast<std::size_t>((i + 1) % 3)];
+    const Vector3d p =
+        (1.0 - s) * t.v[static_cast<std::size_t>(i % 3)] + s * t.v[static_cast<std::size_t>((i + 1) % 3)];
     // The rim may miss by rounding; inside there must be exactly one.
     const Vector3d margin(0.01, 0.01, 100.0);
     if (!AlignedBox3d(terrain.bounds().min() + margin.cwiseProduct(Vector3d(1, 1, -1)),
@@ -289,7 +291,8 @@ TEST(Terrain, NothingLeaksThroughSeamsHoweverTheSegmentRuns) {
     // Through a point on an edge, or through a corner, from well above to well below.
     const Triangle t = terrain.triangle(i % terrain.triangleCount());
     const double s = i % 5 == 0 ? 0.0 : 0.5 + 0.5 * unit(random);
-    const Vector3d p = (1.0 - s) * t.v[static_cast<std::size_t>(i % 3)] + s * t.v[static_cast<std::size_t>((i + 1) % 3)];
+    const Vector3d p =
+        (1.0 - s) * t.v[static_cast<std::size_t>(i % 3)] + s * t.v[static_cast<std::size_t>((i + 1) % 3)];
     const Vector3d d(0.1 * unit(random), 0.1 * unit(random), 10.0);
     const Vector3d rim(0.2, 0.2, -100.0);
     if (!AlignedBox3d(terrain.bounds().min() + rim, terrain.bounds().max() - rim).contains(p)) continue;

@@ -11,14 +11,14 @@ namespace ellipsoid_vehicle_sim {
 /// A valley can hold an ellipsoid by three faces at once; more cannot push in new directions.
 constexpr int kMaxContactsPerEllipsoid = 3;
 
-/// One triangle that pushes an ellipsoid. Everything in W.
+/// One triangle that pushes an ellipsoid. Everything in W. Not initialised: lists of them are made in every evaluation.
 struct Contact {
-  int triangle = -1;                                      ///< index into the terrain.
-  Eigen::Vector3d nhat_W = Eigen::Vector3d::Zero();       ///< u: unit, from the terrain into the vehicle.
-  Eigen::Vector3d p_WE_lowest = Eigen::Vector3d::Zero();  ///< E: the ellipsoid's surface point there, where the force acts [m].
-  double depth = 0.0;                                     ///< delta: geometric penetration along u [m].
-  double pressed = 0.0;                                   ///< d: the part of it that the spring feels [m], 0 <= d <= delta.
-  double share = 1.0;                                     ///< w: share of the force where contacts overlap, 0 ... 1.
+  int triangle;                 ///< index into the terrain.
+  Eigen::Vector3d nhat_W;       ///< u: unit, from the terrain into the vehicle.
+  Eigen::Vector3d p_WE_lowest;  ///< E: the ellipsoid's surface point there, where the force acts [m].
+  double depth;                 ///< delta: geometric penetration along u [m].
+  double pressed;               ///< d: the part of it that the spring feels [m], 0 <= d <= delta.
+  double share;                 ///< w: share of the force where contacts overlap, 0 ... 1.
 
   Eigen::Vector3d trianglePoint() const { return p_WE_lowest + depth * nhat_W; }
 };

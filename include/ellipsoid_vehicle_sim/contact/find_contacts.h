@@ -22,7 +22,7 @@ struct ContactOptions {
 /// Buffers of one ellipsoid; no state: two finders give the same answers whatever they were asked before.
 struct ContactFinder {
   CandidateCache cache;
-  std::vector<unsigned char> refused;  ///< per candidate, of the present evaluation.
+  std::vector<int> refused;  ///< candidates taken or turned away in the present evaluation.
 };
 
 /// Each ellipsoid meets the one triangle it would have to be pushed furthest to clear (ties: the lowest index); in

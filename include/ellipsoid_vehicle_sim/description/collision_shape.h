@@ -37,6 +37,12 @@ struct CollisionShape {
 /// How far the shape reaches from its middle in the direction d_S (unit) [m].
 double support(const CollisionShape& shape, const Eigen::Vector3d& d_S);
 
+/// "2 x 0.8 x 0.5".
+std::string extentsText(const Eigen::Vector3d& extents);
+
+/// Unit vectors spread evenly over the sphere (a golden spiral).
+std::vector<Eigen::Vector3d> evenDirections(int count);
+
 /// The name under which every file may ask for a sphere of radius 1 m; its scale are the semi-axes of an ellipsoid.
 constexpr const char* kUnitSphereUri = "package://ellipsoid_vehicle_sim/meshes/unit_sphere.stl";
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "ellipsoid_vehicle_sim/dynamics/rigid_inertia.h"
+#include "ellipsoid_vehicle_sim/dynamics/spatial_inertia.h"
 #include "ellipsoid_vehicle_sim/geometry/pose.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -28,13 +29,6 @@ struct Body {
   /// Mass and shape look the same from every angle of the coordinate (a wheel about its axle): the angle is then not worked
   /// out, the body's frame stays at angle zero.
   bool spin_symmetric = false;
-  Eigen::Matrix3d R_PB = Eigen::Matrix3d::Identity();  ///< of X_PB, at hand.
-};
-
-/// A vector of motion or force, taken at the base's origin O, axes of W.
-struct Spatial {
-  Eigen::Vector3d angular = Eigen::Vector3d::Zero();  ///< turning, or moment about O.
-  Eigen::Vector3d linear = Eigen::Vector3d::Zero();   ///< of the point at O, or force.
 };
 
 /// Positions and velocities of all bodies. All velocities are against the frame that moves along with O without turning
@@ -98,19 +92,28 @@ class ArticulatedBody {
   double totalMass() const { return total_mass_; }
 
  private:
-  // Inertia at O: moment = J a + H l, force = H' a + M l for an acceleration (a, l).
-  struct Inertia {
-    Eigen::Matrix3d J, H, M;
-  };
   struct Work {
-    Inertia I;
+    SpatialInertia I;
     Spatial bias_force;
     Spatial U;
     double D = 0.0, u = 0.0;
     Spatial acceleration;
   };
 
+  // What is known of a body beforehand and saves work in every evaluation.
+  struct Shortcut {
+    Eigen::Matrix3d R_PB;
+    bool aligned = false;    // R_PB is exactly the identity.
+    // Inertia the same about every axis square to the body's own: I = across 1 + (along - across) k k'.
+    bool axial = false;
+    double across = 0.0, along = 0.0;
+    // It also turns about that axis, with its centre of mass on it: the turn moves no mass, its inertia is `along`.
+    bool balanced = false;
+  };
+  static Shortcut shortcutOf(const Body& body);
+
   std::vector<Body> bodies_;
+  std::vector<Shortcut> shortcuts_;
   std::vector<BodyKinematics> kinematics_;
   std::vector<Spatial> forces_;
   std::vector<Work> work_;

@@ -9,22 +9,24 @@
 
 namespace ellipsoid_vehicle_sim {
 
-/// Local minima of delta(u) = u·t + h(u) over the unit vectors u, in N = 2 or 3 dimensions.
-/// t is the point to be cleared, seen from the ellipsoid's centre along its axes; r are the semi-axes, the smallest (r_k)
-/// last; lengths are divided by the largest semi-axis, so that r is at most 1.
-/// With g_i = r_i^2 - r_k^2 and a_i = r_i t_i the directions at which delta is stationary are u_i ~ -t_i / (r_i^2 - lambda),
-/// lambda a root of  sum_i (a_i / (r_i^2 - lambda))^2 = 1.  Of its up to 2 N roots only two belong to minima, one on each
-/// side of the thin axis: `nearMinimum` and `farMinimum`.
-/// Every t_i must differ from zero (see `withoutZero`): a point on a plane of symmetry has two mirror images for an answer,
-/// and the sign of a vanishing coordinate tells them apart.
-/// Source: [ContactDefinition] section 2.
+/// Local minima of delta(u) = u·t + h(u) over the unit vectors u, in N = 2 or 3 dimensions: the pushes that clear a
+/// point. t is the point, seen from the ellipsoid's centre along its axes; r are the semi-axes, the smallest (r_k)
+/// last; lengths are divided by the largest semi-axis of the body, so that r is at most 1.
+///
+/// With g_i = r_i^2 - r_k^2 and a_i = r_i t_i, delta is stationary at u_i ~ -t_i / (r_i^2 - lambda), where lambda is a
+/// root of sum_i (a_i / (r_i^2 - lambda))^2 = 1. Of its up to 2 N roots only two belong to minima, one on each side of
+/// the thin axis: `nearMinimum` and `farMinimum`.
+/// Every t_i must differ from zero (see `withoutZero`): a point on a plane of symmetry has two mirror images for an
+/// answer, and the sign of a vanishing coordinate tells them apart.
+/// Source: [ContactDefinition] section 2; the third-order step of `nearMinimum` is our own.
 template <int N>
 struct SupportProblem {
   std::array<double, N> t;
   std::array<double, N> r;
 };
 
-/// Steps after which the iterations give up; 20 (near) and 27 (far, where two roots merge) are the most ever seen to be used.
+/// Steps after which the iterations give up with what they have; 27 is the most one was ever seen to take (far, where
+/// two roots merge).
 constexpr int kMaxSecularSteps = 40;
 /// A relative step below this no longer changes a double by more than its last digits.
 constexpr double kSecularStep = 4e-16;
@@ -32,7 +34,9 @@ constexpr double kSecularStep = 4e-16;
 constexpr double kSecularZero = 1e-80;
 
 /// t, or a tiny number if t vanishes, of the sign that puts the near minimum on the side of n.
-inline double withoutZero(double t, double n) { return std::abs(t) < kSecularZero ? -std::copysign(kSecularZero, n) : t; }
+inline double withoutZero(double t, double n) {
+  return std::abs(t) < kSecularZero ? -std::copysign(kSecularZero, n) : t;
+}
 
 /// Where t lies in the ellipsoid: 0 at the centre, 1 on the surface, squared.
 template <int N>
@@ -45,8 +49,9 @@ double gaugeSquared(const SupportProblem<N>& problem) {
   return sum;
 }
 
-/// A lower bound on the square of every stationary delta >= 0 of a point inside, without an iteration: the value of the dual
-/// problem to "nearest point of the surface" at lambda = r_k^2 / 2 (its best lambda would give the near depth itself).
+/// A lower bound on the square of every stationary delta >= 0 of a point inside, without an iteration: the value of
+/// the dual problem to "nearest point of the surface" at lambda = r_k^2 / 2 (its best lambda would give the near
+/// depth itself).
 template <int N>
 double leastDepthSquared(const SupportProblem<N>& problem) {
   const double lambda = 0.5 * problem.r[N - 1] * problem.r[N - 1];
@@ -158,7 +163,8 @@ class PushDirections {
   int size_ = 0;
 };
 
-/// Every unit direction at which delta is stationary and lambda > 0 (lambda < 0 would be a pull), in any order of the semi-axes.
+/// Every unit direction at which delta is stationary and lambda > 0 (lambda < 0 would be a pull), in any order of the
+/// semi-axes.
 PushDirections pushDirections(const SupportProblem<3>& problem);
 
 }  // namespace ellipsoid_vehicle_sim

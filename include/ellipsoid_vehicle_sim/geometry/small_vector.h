@@ -5,8 +5,9 @@
 
 namespace ellipsoid_vehicle_sim {
 
-/// Three plain doubles, for the contact kernel only. Eigen's packets handle a 3-vector as a pair and a rest, and a pair that
-/// was stored as two doubles and is loaded as one waits for the store: the kernel took 1.3 to 1.7 times as long with it.
+/// Three plain doubles, for the contact kernel only. Eigen's packets handle a 3-vector as a pair and a rest, and a
+/// pair that was stored as two doubles and is loaded as one waits for the store: the kernel took 1.3 to 1.7 times as
+/// long with it.
 struct Vec3 {
   double x, y, z;
 

@@ -8,8 +8,8 @@
 
 namespace ellipsoid_vehicle_sim {
 
-/// Every ellipsoid in its link's frame: what really collides, whatever the URDF draws. Frame-locked, so that one latched
-/// message is enough.
+/// Every ellipsoid in its link's frame: what really collides, whatever the URDF draws. Frame-locked, so that one
+/// latched message is enough.
 visualization_msgs::MarkerArray collisionShapeMarkers(const std::vector<EllipsoidPlacement>& ellipsoids);
 
 }  // namespace ellipsoid_vehicle_sim

@@ -18,7 +18,8 @@
 #include "ellipsoid_vehicle_sim/vehicle/drive_command.h"
 #include "ellipsoid_vehicle_sim/vehicle/simulator.h"
 
-// Core values <-> messages, as free functions. The one place that knows that the twist of an Odometry is in the child frame.
+// Core values <-> messages, as free functions. The one place that knows that the twist of an Odometry is in the child
+// frame.
 
 namespace ellipsoid_vehicle_sim {
 

@@ -5,7 +5,8 @@
 
 namespace ellipsoid_vehicle_sim {
 
-/// How many ticks are due on the wall clock. Decides only *when* ticks happen, never what happens in them. No ROS in here.
+/// How many ticks are due on the wall clock. Decides only *when* ticks happen, never what happens in them. No ROS in
+/// here.
 class WallPacer {
  public:
   using Clock = std::chrono::steady_clock;
@@ -15,7 +16,8 @@ class WallPacer {
 
   /// From `now` on, `step` ticks having been made.
   void start(Clock::time_point now, std::int64_t step);
-  /// Ticks to make now. More than a tenth of a second behind, what is missing is given up: it is not caught up in a rush.
+  /// Ticks to make now. More than a tenth of a second behind, what is missing is given up: it is not caught up in a
+  /// rush.
   std::int64_t due(Clock::time_point now, std::int64_t step);
   /// Until tick number `step` is due [s], 0 if it is.
   double wait(Clock::time_point now, std::int64_t step) const;

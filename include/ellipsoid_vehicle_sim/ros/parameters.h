@@ -29,20 +29,20 @@ struct NodeOptions {
   std::vector<double> start;              ///< x [m], y [m], yaw [rad]; empty: the world file's.
 
   std::string odom_frame = "odom";
-  std::string base_frame;                 ///< empty: the URDF's root link.
+  std::string base_frame;  ///< empty: the URDF's root link.
   bool publish_tf = true;
 
   ClockMode clock = ClockMode::kPublish;
-  double clock_rate = 100.0;              ///< [Hz] of simulated time, like all rates.
+  double clock_rate = 100.0;  ///< [Hz] of simulated time, like all rates.
   double publish_rate = 50.0;
   double marker_rate = 20.0;
-  double real_time_factor = 1.0;          ///< 0: as fast as possible.
+  double real_time_factor = 1.0;  ///< 0: as fast as possible.
   bool lockstep = false;
-  double lockstep_timeout = 30.0;         ///< [s] of wall time; 0: for ever.
-  double duration = 0.0;                  ///< [s] simulated, then the node ends; 0: for ever.
+  double lockstep_timeout = 30.0;  ///< [s] of wall time; 0: for ever.
+  double duration = 0.0;           ///< [s] simulated, then the node ends; 0: for ever.
 
   std::optional<double> contact_arrow_scale;  ///< [m/N]
-  double world_marker_limit = 500000;     ///< triangles.
+  double world_marker_limit = 500000;         ///< triangles.
   std::string summary_file;
 };
 
@@ -66,8 +66,8 @@ struct ParameterSource {
 /// Everything under the namespace of nh_priv.
 Loaded<ParameterValues> readParameterServer(const ros::NodeHandle& nh_priv);
 
-/// Later sources win over earlier ones. Unknown and misspelt keys, wrong types and values out of range are problems, all at
-/// once.
+/// Later sources win over earlier ones. Unknown and misspelt keys, wrong types and values out of range are problems,
+/// all at once.
 Loaded<NodeParameters> parametersFrom(std::vector<ParameterSource> sources);
 
 }  // namespace ellipsoid_vehicle_sim

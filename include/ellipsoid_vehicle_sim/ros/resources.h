@@ -12,13 +12,13 @@ namespace ellipsoid_vehicle_sim {
 /// needs no environment; "" if there is none.
 std::string shareFolder();
 
-/// Path of a shipped vehicle or world by its name ("car", "flat"), or of a file that is given as a path. Problems list the
-/// known names.
+/// Path of a shipped vehicle or world by its name ("car", "flat"), or of a file that is given as a path. Problems list
+/// the known names.
 Loaded<std::string> findVehicle(const std::string& name_or_path, const std::string& where);
 Loaded<std::string> findWorld(const std::string& name_or_path, const std::string& where);
 
-/// package://NAME/...: first in `package_dirs` (if empty: the folder of `file`), then this package's own share folder, then
-/// what ROS knows.
+/// package://NAME/...: first in `package_dirs` (if empty: the folder of `file`), then this package's own share folder,
+/// then what ROS knows.
 UriResolver packageResolver(std::vector<std::string> package_dirs, const std::string& file);
 
 }  // namespace ellipsoid_vehicle_sim

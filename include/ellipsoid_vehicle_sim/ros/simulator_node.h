@@ -24,9 +24,9 @@ namespace ellipsoid_vehicle_sim {
 
 /// Drives a Simulator for ROS: commands in, state out, time kept. Single-threaded; all physics is the simulator's.
 ///
-/// Time. Stamps are simulated time and never go back, also over a reset. Nothing is published before the first tick, so no
-/// stamp is 0. Events (clock, state, markers) fall on ticks counted from the last reset: what happens after a reset does
-/// not depend on when it came.
+/// Time. Stamps are simulated time and never go back, also over a reset. Nothing is published before the first tick, so
+/// no stamp is 0. Events (clock, state, markers) fall on ticks counted from the last reset: what happens after a reset
+/// does not depend on when it came.
 ///
 /// Lockstep. After each publication of odom the simulation waits for one command; commands are taken in the order they
 /// came, one a period. So the run is a function of the sequence of commands alone, whatever the machine's load.
@@ -92,16 +92,16 @@ class SimulatorNode {
   WallPacer pacer_;
   RunStatistics statistics_;
 
-  ros::Time time_origin_;           ///< stamp of simulated time zero.
-  std::int64_t reset_step_ = 0;     ///< ticks made when the vehicle last stood at its start.
+  ros::Time time_origin_;        ///< stamp of simulated time zero.
+  std::int64_t reset_step_ = 0;  ///< ticks made when the vehicle last stood at its start.
   bool announced_ready_ = false;
-  bool ready_ = false;              ///< as last published.
+  bool ready_ = false;  ///< as last published.
   std::int64_t dropped_commands_ = 0;
-  double reported_lost_ = 0.0;      ///< of the pacer's lost time [s].
-  std::string failure_;             ///< why the run cannot go on; "" while it can.
+  double reported_lost_ = 0.0;  ///< of the pacer's lost time [s].
+  std::string failure_;         ///< why the run cannot go on; "" while it can.
   StepEvents reported_events_;
   std::deque<DriveCommand> waiting_commands_;  ///< lockstep only.
-  bool release_wait_ = false;       ///< a reset came while a command was awaited.
+  bool release_wait_ = false;                  ///< a reset came while a command was awaited.
   WallPacer::Clock::time_point wall_start_{};
 
   // Kept to save their memory from step to step.

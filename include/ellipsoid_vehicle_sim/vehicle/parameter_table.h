@@ -14,12 +14,13 @@
 #include "ellipsoid_vehicle_sim/geometry/problem.h"
 #include "ellipsoid_vehicle_sim/vehicle/sim_config.h"
 
-// Parameters by name: one table says key, type, unit, default, range and meaning. Readers (parameter server, scene files),
-// the commented YAML manual and the reference pages are all made from it, so they cannot drift apart.
+// Parameters by name: one table says key, type, unit, default, range and meaning. Readers (parameter server, scene
+// files), the commented YAML manual and the reference pages are all made from it, so they cannot drift apart.
 
 namespace ellipsoid_vehicle_sim {
 
-/// A value as a parameter server, a YAML file or a command line has it. A whole number is welcome where a number is asked.
+/// A value as a parameter server, a YAML file or a command line has it. A whole number is welcome where a number is
+/// asked.
 using ParameterValue =
     std::variant<bool, std::int64_t, double, std::string, std::vector<double>, std::vector<std::string>>;
 using ParameterValues = std::map<std::string, ParameterValue>;
@@ -30,20 +31,20 @@ enum class ParameterKind { kFlag, kNumber, kChoice, kText, kNumberList, kTextLis
 struct ParameterSpec {
   std::string key;
   ParameterKind kind = ParameterKind::kText;
-  std::string unit;                     ///< "" where there is none.
-  std::string description;              ///< meaning and consequence, one or two sentences.
+  std::string unit;         ///< "" where there is none.
+  std::string description;  ///< meaning and consequence, one or two sentences.
   double minimum = -std::numeric_limits<double>::infinity();
   double maximum = std::numeric_limits<double>::infinity();
-  std::vector<std::string> choices;     ///< kChoice only.
-  std::size_t length = 0;               ///< of a kNumberList; 0: any.
+  std::vector<std::string> choices;  ///< kChoice only.
+  std::size_t length = 0;            ///< of a kNumberList; 0: any.
 };
 
 /// One row: the spec, and how to write it into and read it from `Options`.
 template <typename Options>
 struct Parameter {
   ParameterSpec spec;
-  std::function<void(Options&, const ParameterValue&)> set;                 ///< only after refusal() found nothing.
-  std::function<std::optional<ParameterValue>(const Options&)> get;        ///< nullopt: not given, derived at load.
+  std::function<void(Options&, const ParameterValue&)> set;          ///< only after refusal() found nothing.
+  std::function<std::optional<ParameterValue>(const Options&)> get;  ///< nullopt: not given, derived at load.
 };
 
 template <typename Options>
@@ -175,14 +176,13 @@ Parameter<Options> listParameter(std::string key, std::string unit, std::size_t 
   spec.unit = std::move(unit);
   spec.description = std::move(description);
   spec.length = length;
-  return {spec,
-          [member](Options& options, const ParameterValue& value) {
-            options.*member = std::get<std::vector<Item>>(value);
-          },
-          [member](const Options& options) -> std::optional<ParameterValue> {
-            if ((options.*member).empty()) return std::nullopt;
-            return options.*member;
-          }};
+  return {
+      spec,
+      [member](Options& options, const ParameterValue& value) { options.*member = std::get<std::vector<Item>>(value); },
+      [member](const Options& options) -> std::optional<ParameterValue> {
+        if ((options.*member).empty()) return std::nullopt;
+        return options.*member;
+      }};
 }
 
 }  // namespace ellipsoid_vehicle_sim

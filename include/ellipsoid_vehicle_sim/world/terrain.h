@@ -78,9 +78,12 @@ class Terrain {
   void query(const Eigen::AlignedBox3d& box, std::vector<int>& out) const;
 
   /// Where the vertical line through (x, y) meets the terrain, top first. A seam between triangles counts once.
+  /// Rims belong to the terrain; upright triangles are never met.
   std::vector<HeightHit> heights(double x, double y) const;
 
-  /// First triangle that the segment from a to b crosses from its front to its back, if any.
+  /// First triangle that the segment from a to b crosses from its front to its back, if any. Of two segments that meet on
+  /// a surface the later one crosses it. Edges belong to both triangles and rounding decides for a crossing, so that
+  /// nothing slips through a seam; a segment that grazes a rim within rounding may count.
   std::optional<int> firstFrontCrossing(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const;
 
  private:

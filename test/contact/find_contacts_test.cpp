@@ -1,0 +1,302 @@
+#include "ellipsoid_vehicle_sim/contact/find_contacts.h"
+
+#include <gtest/gtest.h>
+
+#include "support/contact_scenes.h"
+#include "support/random_contact_cases.h"
+
+namespace ellipsoid_vehicle_sim::test {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+const Vector3d kWheel(0.35, 0.12, 0.35);
+
+ContactOptions options(ContactsPerEllipsoid contacts, bool memory = false) {
+  ContactOptions result;
+  result.contacts = contacts;
+  result.memory = memory;
+  return result;
+}
+
+EllipsoidContacts find(const PosedEllipsoid& ellipsoid, const Terrain& terrain, ContactsPerEllipsoid contacts,
+                       const ContactMemory& memory = {}) {
+  ContactFinder finder;
+  return findContacts(ellipsoid, memory, terrain, options(contacts), finder);
+}
+
+/// The push of all contacts together, in metres of one spring.
+Vector3d push(const EllipsoidContacts& contacts) {
+  Vector3d p = Vector3d::Zero();
+  for (int i = 0; i < contacts.count; ++i)
+    p += contacts.contact[i].share * contacts.contact[i].pressed * contacts.contact[i].nhat_W;
+  return p;
+}
+
+void expectSameBits(const EllipsoidContacts& a, const EllipsoidContacts& b) {
+  ASSERT_EQ(a.count, b.count);
+  for (int i = 0; i < a.count; ++i) {
+    EXPECT_EQ(a.contact[i].triangle, b.contact[i].triangle);
+    EXPECT_EQ(a.contact[i].nhat_W, b.contact[i].nhat_W);
+    EXPECT_EQ(a.contact[i].p_WE_lowest, b.contact[i].p_WE_lowest);
+    EXPECT_EQ(a.contact[i].depth, b.contact[i].depth);
+    EXPECT_EQ(a.contact[i].pressed, b.contact[i].pressed);
+    EXPECT_EQ(a.contact[i].share, b.contact[i].share);
+  }
+}
+
+/// A heap of triangles around the origin, each corner near it.
+TriangleSoup heap(RandomContactCases& random, int count) {
+  TriangleSoup soup;
+  for (int i = 0; i < count; ++i) {
+    const Triangle t = random.triangle(1e-2);
+    const auto n = static_cast<std::uint32_t>(soup.vertices.size());
+    for (const Vector3d& v : t.v) soup.vertices.push_back(0.3 * v);
+    soup.triangles.push_back({n, n + 1, n + 2});
+  }
+  return soup;
+}
+
+TEST(FindContacts, TheDeepestTriangleWinsWhateverWasCarriedBefore) {
+  RandomContactCases random(41);
+  int touching = 0;
+  for (int i = 0; i < 300; ++i) {
+    const auto terrain = terrainOf(heap(random, 12));
+    for (int j = 0; j < 10; ++j) {
+      const PosedEllipsoid ellipsoid(0.6 * random.unitVector(), random.rotation(), random.radii(0.05));
+      int winner = -1;
+      TriangleContact deepest;
+      for (int t = 0; t < terrain->triangleCount(); ++t) {
+        const TriangleContact contact = minimumTranslation(ellipsoid, terrain->triangle(t));
+        if (contact.depth > deepest.depth) deepest = contact, winner = t;
+      }
+      // The triangle looked at first must not matter.
+      ContactMemory memory;
+      memory.count = random.index(2);
+      memory.carried[0].triangle = random.index(12);
+      const EllipsoidContacts found = find(ellipsoid, *terrain, ContactsPerEllipsoid::kOne, memory);
+      ASSERT_EQ(found.count, winner < 0 ? 0 : 1);
+      if (winner < 0) continue;
+      ++touching;
+      EXPECT_EQ(found.contact[0].triangle, winner);
+      EXPECT_EQ(found.contact[0].depth, deepest.depth);
+      EXPECT_EQ(found.contact[0].nhat_W, deepest.nhat_W);
+    }
+  }
+  EXPECT_GT(touching, 1000);
+}
+
+TEST(FindContacts, TiesGoToTheLowestIndexWhateverWasCarriedBefore) {
+  // The same triangle four times, and T0 on the seam of a fan: all depths equal to the bit.
+  TriangleSoup soup;
+  for (int i = 0; i < 4; ++i) {
+    const auto n = static_cast<std::uint32_t>(soup.vertices.size());
+    soup.vertices.insert(soup.vertices.end(), {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}});
+    soup.triangles.push_back({n, n + 1, n + 2});
+  }
+  const auto same = terrainOf(soup);
+  const auto fan = terrainOf(floorSoup(2.0, 2));
+  const PosedEllipsoid on_seam(Vector3d(0.0, 0.0, 0.33), Matrix3d::Identity(), kWheel);
+  for (const auto& terrain : {same, fan}) {
+    int lowest = -1;
+    for (int t = terrain->triangleCount(); t-- > 0;)
+      if (minimumTranslation(on_seam, terrain->triangle(t)).depth == 0.35 - 0.33) lowest = t;
+    ASSERT_GE(lowest, 0);
+    for (int warm = -1; warm < terrain->triangleCount(); ++warm) {
+      ContactMemory memory;
+      memory.count = warm < 0 ? 0 : 1;
+      memory.carried[0].triangle = warm;
+      EXPECT_EQ(find(on_seam, *terrain, ContactsPerEllipsoid::kOne, memory).contact[0].triangle, lowest);
+    }
+  }
+}
+
+TEST(FindContacts, TrianglesPushFromTheirFrontOnly) {
+  RandomContactCases random(42);
+  const auto terrain = flatFloor(5.0, 7);
+  for (int i = 0; i < 1000; ++i) {
+    const PosedEllipsoid below(Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), -random.logUniform(1e-6, 0.5)),
+                               random.rotation(), kWheel);
+    for (const auto contacts : {ContactsPerEllipsoid::kOne, ContactsPerEllipsoid::kValley})
+      EXPECT_EQ(find(below, *terrain, contacts).count, 0);
+  }
+  const PosedEllipsoid above(Vector3d(0.1, 0.2, 1e-6), Matrix3d::Identity(), kWheel);
+  EXPECT_EQ(find(above, *terrain, ContactsPerEllipsoid::kOne).contact[0].nhat_W, Vector3d::UnitZ());
+}
+
+TEST(FindContacts, FarAwayIsNoContact) {
+  const auto terrain = flatFloor(5.0, 3);
+  for (const Vector3d& p : {Vector3d(0, 0, 0.3500001), Vector3d(0, 0, 1e6), Vector3d(1e6, 0, 0.1)})
+    EXPECT_EQ(find(PosedEllipsoid(p, Matrix3d::Identity(), kWheel), *terrain, ContactsPerEllipsoid::kValley).count, 0);
+}
+
+TEST(FindContacts, ValleyHoldsAWheelByGroundAndWall) {
+  // Each face pushes with its own depth: at right angles neither takes from the other. Whatever the cut.
+  for (const int cells : {1, 10, 300}) {
+    TriangleSoup soup = floorSoup(6.0, cells);
+    const TriangleSoup wall = floorSoup(6.0, cells);
+    const auto n = static_cast<std::uint32_t>(soup.vertices.size());
+    for (const Vector3d& v : wall.vertices) soup.vertices.emplace_back(0.5, v.y(), v.x());
+    for (const auto& t : wall.triangles) soup.triangles.push_back({n + t[0], n + t[2], n + t[1]});
+    const auto terrain = terrainOf(soup);
+    ASSERT_NEAR(terrain->triangle(terrain->triangleCount() - 1).nhat_W.x(), -1.0, 1e-15);
+
+    for (const double ground : {0.02, 1e-4, 0.05})
+      for (const double side : {0.03, 1e-4, 0.001}) {
+        const PosedEllipsoid wheel({0.5 - 0.35 + side, 0.01, 0.35 - ground}, Matrix3d::Identity(), kWheel);
+        const EllipsoidContacts found = find(wheel, *terrain, ContactsPerEllipsoid::kValley);
+        EXPECT_EQ(found.count, 2) << cells << " cells, depths " << ground << ", " << side;
+        EXPECT_LE((push(found) - Vector3d(-side, 0.0, ground)).norm(), 1e-12);
+        // One contact has only the deeper of the two.
+        const EllipsoidContacts one = find(wheel, *terrain, ContactsPerEllipsoid::kOne);
+        EXPECT_NEAR(push(one).norm(), std::max(ground, side), 1e-12);
+      }
+  }
+}
+
+TEST(FindContacts, ValleyOfAnyAnglePushesByTheShortestWayOut) {
+  // Two planes at 1 to 150 degrees. With both faces pressed by d1 and d2 the push is the one of the little program.
+  for (const double degrees : {1.0, 5.0, 20.0, 45.0, 90.0, 120.0, 150.0}) {
+    const double angle = degrees * M_PI / 180.0;
+    const auto terrain = terrainOf(bendSoup(angle));
+    const Vector3d up = Vector3d::UnitZ(), tilted(-std::sin(angle), 0.0, std::cos(angle));
+    for (const double d1 : {0.01, 0.02})
+      for (const double d2 : {0.01, 0.015}) {
+        // Sphere of 0.3 m, pressed by d1 into the ground and by d2 into the slope.
+        const double r = 0.3, z = r - d1;
+        const double x = -(r - d2 - std::cos(angle) * z) / std::sin(angle);
+        const PosedEllipsoid sphere({x, 0.2, z}, Matrix3d::Identity(), Vector3d::Constant(r));
+        const Vector3d p = push(find(sphere, *terrain, ContactsPerEllipsoid::kValley));
+        // Where both foot points lie on their faces; else the push is that of one face.
+        const double foot_ground = x, foot_slope = x * std::cos(angle) + z * std::sin(angle);
+        if (foot_ground > 0.0 || foot_slope < 0.0) continue;
+        EXPECT_GE(p.dot(up), d1 - 1e-12) << degrees;
+        EXPECT_GE(p.dot(tilted), d2 - 1e-12) << degrees;
+        const double c = std::cos(angle), s2 = 1.0 - c * c;
+        const double a1 = (d1 - c * d2) / s2, a2 = (d2 - c * d1) / s2;
+        const Vector3d expected = a1 <= 0.0 ? Vector3d(d2 * tilted) : a2 <= 0.0 ? Vector3d(d1 * up) : Vector3d(a1 * up + a2 * tilted);
+        // Rounding of 1e-16 m over the sine of the angle.
+        EXPECT_LE((p - expected).norm(), 1e-14 / s2) << degrees;
+      }
+  }
+}
+
+TEST(FindContacts, ValleyHoldsAKerbsEdgeBesideTheGround) {
+  // A wheel stands on the ground against a kerb 10 cm high, met square on: the edge touches the wheel's rim.
+  const auto terrain = terrainOf(kerbSoup(0.1));
+  const double sag = 0.002, press = 0.001, r = 0.35;
+  const double z = r - sag;
+  // Distance of centre and edge r - press: the edge is pressed by that along the line to the centre.
+  const double x = -std::sqrt((r - press) * (r - press) - (z - 0.1) * (z - 0.1));
+  const PosedEllipsoid wheel({x, 0.0, z}, Matrix3d::Identity(), kWheel);
+  const EllipsoidContacts found = find(wheel, *terrain, ContactsPerEllipsoid::kValley);
+  ASSERT_EQ(found.count, 2);
+  const Vector3d u = Vector3d(x, 0.0, z - 0.1).normalized(), p = push(found);
+  EXPECT_NEAR(p.dot(Vector3d::UnitZ()), sag, 1e-12);
+  EXPECT_NEAR(p.dot(u), press, 1e-6);  // The edge's normal turns by sag / r as the wheel is pushed: linearised.
+  EXPECT_EQ(find(wheel, *terrain, ContactsPerEllipsoid::kOne).contact[0].nhat_W, Vector3d::UnitZ());
+}
+
+TEST(FindContacts, ThreeFacesOfACornerEachPushWithTheirOwnDepth) {
+  for (const int cells : {1, 20}) {
+    TriangleSoup soup;
+    // Three squares facing inwards from the planes x = 0, y = 0, z = 0.
+    for (int axis = 0; axis < 3; ++axis) {
+      const TriangleSoup face = floorSoup(6.0, cells);
+      const auto n = static_cast<std::uint32_t>(soup.vertices.size());
+      for (const Vector3d& v : face.vertices) {
+        Vector3d turned = Vector3d::Zero();
+        turned[(axis + 1) % 3] = v.x();
+        turned[(axis + 2) % 3] = v.y();
+        soup.vertices.push_back(turned);
+      }
+      for (const auto& t : face.triangles) soup.triangles.push_back({n + t[0], n + t[1], n + t[2]});
+    }
+    const auto terrain = terrainOf(soup);
+    RandomContactCases random(43);
+    for (int i = 0; i < 200; ++i) {
+      const PosedEllipsoid still(Vector3d::Zero(), random.rotation(), kWheel);
+      const Vector3d depth(random.logUniform(1e-5, 0.01), random.logUniform(1e-5, 0.01), random.logUniform(1e-5, 0.01));
+      const PosedEllipsoid ellipsoid(still.halfBox() - depth, still.R_WE, kWheel);
+      const EllipsoidContacts found = find(ellipsoid, *terrain, ContactsPerEllipsoid::kValley);
+      EXPECT_EQ(found.count, 3);
+      EXPECT_LE((push(found) - depth).norm(), 1e-12) << i;
+    }
+  }
+}
+
+/// Valley and one agree to the bit in poses of a wheel a few millimetres to `deepest` in the given world.
+void expectValleyIsOne(const Terrain& terrain, double surface, double deepest, unsigned seed) {
+  RandomContactCases random(seed);
+  int touching = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const PosedEllipsoid still(Vector3d::Zero(), random.rotation(), kWheel);
+    const Vector3d p(random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6),
+                     surface + still.halfBox().z() - random.logUniform(1e-5, deepest));
+    const PosedEllipsoid ellipsoid(p, still.R_WE, kWheel);
+    const EllipsoidContacts one = find(ellipsoid, terrain, ContactsPerEllipsoid::kOne);
+    touching += one.count;
+    expectSameBits(find(ellipsoid, terrain, ContactsPerEllipsoid::kValley), one);
+  }
+  EXPECT_GT(touching, 500);
+}
+
+TEST(FindContacts, OnFlatGroundValleyIsOneToTheLastBit) {
+  expectValleyIsOne(*flatFloor(2.0, 1), 0.0, 0.1, 44);
+  expectValleyIsOne(*flatFloor(2.0, 40), 0.0, 0.1, 45);
+}
+
+TEST(FindContacts, OnConvexGroundValleyIsOneToTheLastBit) {
+  // Ridge and pyramid, less deep than the smallest radius of curvature of the wheel (4.1 cm).
+  expectValleyIsOne(*terrainOf(bendSoup(-0.3)), 0.0, 0.03, 46);
+  TriangleSoup pyramid;
+  pyramid.vertices = {{-2, -2, -0.5}, {2, -2, -0.5}, {2, 2, -0.5}, {-2, 2, -0.5}, {0, 0, 0}};
+  pyramid.triangles = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};
+  expectValleyIsOne(*terrainOf(pyramid), 0.0, 0.03, 47);
+}
+
+TEST(FindContacts, RememberedContactsAreThoseThatWereFound) {
+  RandomContactCases random(48);
+  const auto terrain = terrainOf(groundAndWallSoup());
+  int several = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const PosedEllipsoid ellipsoid({-random.uniform(0.1, 0.4), random.uniform(-1, 1), random.uniform(0.1, 0.4)},
+                                   random.rotation(), kWheel);
+    ContactMemory known;
+    known.fresh = false;
+    known.posed = PosedEllipsoid(ellipsoid.p_WE + Vector3d(-1.0, 0.0, 1.0), ellipsoid.R_WE, kWheel);
+    ContactFinder finder;
+    const ContactOptions with_memory = options(ContactsPerEllipsoid::kValley, true);
+    const EllipsoidContacts found = findContacts(ellipsoid, known, *terrain, with_memory, finder);
+    several += found.count > 1;
+    const ContactMemory memory = rememberContacts(ellipsoid, found, known, with_memory, 1e-3);
+    const EllipsoidContacts remembered = rememberedContacts(memory, with_memory);
+    ASSERT_EQ(remembered.count, found.count);
+    for (int j = 0; j < found.count; ++j) {
+      EXPECT_EQ(remembered.contact[j].nhat_W, found.contact[j].nhat_W);
+      EXPECT_EQ(remembered.contact[j].depth, found.contact[j].depth);
+      // E from the normal, or from the solver and pushed back again: rounding of lengths below 1 m.
+      EXPECT_LE((remembered.contact[j].p_WE_lowest - found.contact[j].p_WE_lowest).norm(), 1e-12);
+    }
+  }
+  EXPECT_GT(several, 100);
+}
+
+TEST(FindContacts, ClampedPointRuleFindsTheSameFaces) {
+  const auto terrain = flatFloor(5.0, 9);
+  RandomContactCases random(49);
+  for (int i = 0; i < 300; ++i) {
+    const PosedEllipsoid ellipsoid({random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(0.05, 0.3)}, random.rotation(), kWheel);
+    ContactOptions clamped = options(ContactsPerEllipsoid::kOne);
+    clamped.rule = ContactRule::kClampedPoint;
+    ContactFinder finder;
+    const EllipsoidContacts found = findContacts(ellipsoid, {}, *terrain, clamped, finder);
+    const double depth = ellipsoid.halfBox().z() - ellipsoid.p_WE.z();
+    ASSERT_EQ(found.count, depth > 0.0 ? 1 : 0);
+    if (found.count > 0) EXPECT_NEAR(found.contact[0].depth, depth, 1e-14);
+  }
+}
+
+}  // namespace
+}  // namespace ellipsoid_vehicle_sim::test
