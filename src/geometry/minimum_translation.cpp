@@ -319,16 +319,15 @@ TriangleContact minimumTranslation(const PosedEllipsoid& ellipsoid, const Triang
   return search.contact(ellipsoid.p_WE);
 }
 
-bool cannotExceed(const PosedEllipsoid& ellipsoid, const Triangle& triangle, const Eigen::Vector3d& nhat_W,
-                  double depth) {
-  const Vec3 u = Vec3::from(nhat_W), c = Vec3::from(ellipsoid.p_WE);
-  if (!(depth >= 0.0) || !(dot(u, Vec3::from(triangle.nhat_W)) > 0.0)) return false;
+bool cannotExceed(const PosedEllipsoid& ellipsoid, const Triangle& triangle, const Eigen::Vector3d& u, double depth) {
+  const Vec3 push = Vec3::from(u), c = Vec3::from(ellipsoid.p_WE);
+  if (!(depth >= 0.0) || !(dot(push, Vec3::from(triangle.nhat_W)) > 0.0)) return false;
 
   // delta(u) <= depth, without the root.
-  double highest = dot(u, Vec3::from(triangle.v[0]) - c);
-  for (int i = 1; i < 3; ++i) highest = std::max(highest, dot(u, Vec3::from(triangle.v[i]) - c));
+  double highest = dot(push, Vec3::from(triangle.v[0]) - c);
+  for (int i = 1; i < 3; ++i) highest = std::max(highest, dot(push, Vec3::from(triangle.v[i]) - c));
   const double reach = depth - highest;
-  const Vec3 y = times(Vec3::from(ellipsoid.radii), toFrame(columns(ellipsoid.R_WE), u));
+  const Vec3 y = times(Vec3::from(ellipsoid.radii), toFrame(columns(ellipsoid.R_WE), push));
   if (!(reach >= 0.0) || !(squaredNorm(y) <= reach * reach)) return false;
 
   PlaneContact plane;

@@ -154,6 +154,18 @@ Problems checkClock(ClockMode mode) {
   return problems;
 }
 
+/// What each joint is taken for, and why: where a vehicle behaves oddly, this is the first place to look.
+std::vector<std::string> roleTable(const VehicleDescription& vehicle) {
+  std::vector<std::string> lines;
+  for (const JointDescription& joint : vehicle.joints) {
+    if (joint.type == JointType::kFixed) continue;
+    lines.push_back("joint '" + joint.name + "': " + toString(joint.role) +
+                    (joint.role_reason.empty() ? "" : " (" + joint.role_reason + ")"));
+  }
+  lines.push_back("layout of the drive: " + std::string(toString(vehicle.layout)));
+  return lines;
+}
+
 /// Largest distance across the ellipsoids with all joints at zero.
 double vehicleLength(const VehicleDescription& vehicle) {
   std::vector<Pose> X_RL(vehicle.links.size());
@@ -207,6 +219,7 @@ Loaded<NodeSetup> loadSetup(const ros::NodeHandle& nh, const ros::NodeHandle& nh
                            urdf_options);
     append(vehicle.problems, problems);
     append(vehicle.notes, result.notes);
+    if (vehicle) append(roleTable(*vehicle.value), result.notes);
   }
 
   // World.

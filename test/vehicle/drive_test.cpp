@@ -1,0 +1,326 @@
+#include "ellipsoid_vehicle_sim/vehicle/drive.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "support/motions.h"
+
+namespace ellipsoid_vehicle_sim::test {
+namespace {
+
+using Eigen::Vector3d;
+
+/// Follows the profile as the simulator does, for `seconds` or until it has stood at the target for a while.
+struct Followed {
+  double position = 0.0, velocity = 0.0, fastest = 0.0, hardest = 0.0, beyond = 0.0, arrival = 0.0;
+};
+
+Followed follow(const PrescribedJoint& joint, double start, double target, double dt, double seconds) {
+  ProfileState p;
+  p.position = start;
+  p.target = target;
+  Followed f;
+  const double towards = target >= start ? 1.0 : -1.0;
+  for (double t = 0.0; t < seconds; t += dt) {
+    p.acceleration = profileAcceleration(joint, p, dt);
+    p.position += dt * (p.velocity + 0.5 * dt * p.acceleration);
+    p.velocity += dt * p.acceleration;
+    f.fastest = std::max(f.fastest, std::abs(p.velocity));
+    f.hardest = std::max(f.hardest, std::abs(p.acceleration));
+    f.beyond = std::max(f.beyond, towards * (p.position - target));
+    if (std::abs(p.position - target) > 1e-9) f.arrival = t + dt;
+  }
+  f.position = p.position;
+  f.velocity = p.velocity;
+  return f;
+}
+
+PrescribedJoint steerJoint(double speed, double acceleration) {
+  PrescribedJoint joint;
+  joint.max_speed = speed;
+  joint.max_acceleration = acceleration;
+  joint.lower = -10.0;
+  joint.upper = 10.0;
+  return joint;
+}
+
+TEST(Drive, ProfileReachesItsTargetWithinTheLimitsAndWithoutOvershoot) {
+  for (const double dt : {1e-4, 1e-3, 1e-2})
+    for (const double distance : {1e-6, 1e-3, 0.05, 0.6, -0.6, 3.0}) {
+      const PrescribedJoint joint = steerJoint(1.0, 20.0);
+      const double start = 0.2;
+      const Followed f = follow(joint, start, start + distance, dt, 6.0);
+      SCOPED_TRACE("dt " + std::to_string(dt) + " distance " + std::to_string(distance));
+      EXPECT_NEAR(f.position, start + distance, 1e-15 * 8.0);
+      EXPECT_NEAR(f.velocity, 0.0, 1e-12);
+      EXPECT_LE(f.fastest, joint.max_speed * (1.0 + 1e-12));
+      EXPECT_LE(f.hardest, joint.max_acceleration * (1.0 + 1e-12));
+      EXPECT_LE(f.beyond, 1e-15 * 8.0);
+      // As fast as the limits allow, but for a few ticks: trapezium or triangle of the speed.
+      const double d = std::abs(distance), v = joint.max_speed, a = joint.max_acceleration;
+      const double best = d > v * v / a ? d / v + v / a : 2.0 * std::sqrt(d / a);
+      EXPECT_LE(f.arrival, best + 6.0 * dt + 0.1 * best);
+    }
+}
+
+TEST(Drive, ProfileTurnsRoundWhenTheTargetMoves) {
+  // Targets thrown about at random, from any speed within the limits: never beyond them, and at the last one in the end.
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> target(-0.6, 0.6);
+  const PrescribedJoint joint = steerJoint(1.0, 20.0);
+  const double dt = 1e-3;
+  ProfileState p;
+  for (int i = 0; i < 20000; ++i) {
+    if (i % 137 == 0) p.target = target(random);
+    p.acceleration = profileAcceleration(joint, p, dt);
+    ASSERT_LE(std::abs(p.acceleration), 20.0 * (1.0 + 1e-12));
+    p.position += dt * (p.velocity + 0.5 * dt * p.acceleration);
+    p.velocity += dt * p.acceleration;
+    ASSERT_LE(std::abs(p.velocity), 1.0 + 1e-12);
+    // Braking from full speed takes v^2 / 2 a = 25 mm.
+    ASSERT_LE(std::abs(p.position), 0.6 + 0.025 + 1e-3);
+  }
+  for (int i = 0; i < 3000; ++i) {
+    p.acceleration = profileAcceleration(joint, p, dt);
+    p.position += dt * (p.velocity + 0.5 * dt * p.acceleration);
+    p.velocity += dt * p.acceleration;
+  }
+  EXPECT_NEAR(p.position, p.target, 1e-15);
+}
+
+/// A car at rest, and what updateDrive makes of a command for it.
+class DriveOfACar : public ::testing::Test {
+ protected:
+  static Simulator carWith(const SimConfig& config) { return make(car(), emptySpace(), config); }
+
+  static VehicleState commanded(const Simulator& simulator, const DriveCommand& command) {
+    VehicleState state = simulator.state();
+    state.drive.command = command;
+    state.drive.has_command = true;
+    state.drive.command_age = 0;
+    bool timed_out = false;
+    updateDrive(simulator.model(), simulator.config(), state, timed_out);
+    EXPECT_FALSE(timed_out);
+    return state;
+  }
+
+  /// Targets of the front left and right wheel's steering [rad].
+  static std::pair<double, double> steerTargets(const Simulator& simulator, const DriveCommand& command) {
+    const VehicleState state = commanded(simulator, command);
+    std::pair<double, double> angles;
+    for (const SteerUnit& steer : simulator.model().drive.steers)
+      (steer.p_RS.y() > 0.0 ? angles.first : angles.second) = steer.sign * state.profiles[static_cast<std::size_t>(steer.prescribed)].target;
+    return angles;
+  }
+
+  static constexpr double kWheelbase = 2.6, kTrack = 1.5;
+};
+
+TEST_F(DriveOfACar, WheelsSteerAboutOneCentreOnTheRearAxle) {
+  const Simulator simulator = carWith(SimConfig{});
+  EXPECT_NEAR(simulator.model().drive.wheelbase, kWheelbase, 1e-12);
+  for (const double angle : {0.02, 0.2, 0.4, -0.3}) {
+    const auto [left, right] = steerTargets(simulator, ackermann(2.0, angle));
+    // cot(right) - cot(left) = track / wheelbase, and the mean of the cotangents is the virtual front wheel's.
+    EXPECT_NEAR(1.0 / std::tan(right) - 1.0 / std::tan(left), kTrack / kWheelbase, 1e-9) << angle;
+    EXPECT_NEAR(0.5 * (1.0 / std::tan(right) + 1.0 / std::tan(left)), 1.0 / std::tan(angle), 1e-9) << angle;
+  }
+}
+
+TEST_F(DriveOfACar, ATwistSteersForItsCurvatureAndBackwardsTheOtherWay) {
+  const Simulator simulator = carWith(SimConfig{});
+  const auto forward = steerTargets(simulator, twist(2.0, 0.4));
+  const auto angle = steerTargets(simulator, ackermann(2.0, std::atan(0.2 * kWheelbase)));
+  EXPECT_NEAR(forward.first, angle.first, 1e-12);
+  EXPECT_NEAR(forward.second, angle.second, 1e-12);
+  const auto backwards = steerTargets(simulator, twist(-2.0, 0.4));
+  EXPECT_NEAR(backwards.first, -forward.second, 1e-12);
+  EXPECT_NEAR(backwards.second, -forward.first, 1e-12);
+}
+
+TEST_F(DriveOfACar, CurvatureStopsWhereTheInnerWheelReachesItsLimit) {
+  const Simulator simulator = carWith(SimConfig{});
+  for (const double sign : {1.0, -1.0}) {
+    const auto [left, right] = steerTargets(simulator, ackermann(2.0, sign * 1.4));
+    const double inner = sign > 0.0 ? left : right, outer = sign > 0.0 ? right : left;
+    EXPECT_NEAR(inner, sign * 0.6, 1e-9);
+    EXPECT_NEAR(1.0 / std::tan(std::abs(outer)) - 1.0 / std::tan(std::abs(inner)), kTrack / kWheelbase, 1e-8);
+  }
+  // tan(0.6) = kappa L / (1 - kappa t / 2).
+  const double limit = std::tan(0.6) / (kWheelbase + 0.5 * kTrack * std::tan(0.6));
+  EXPECT_NEAR(simulator.model().drive.max_curvature_left, limit, 1e-9);
+  EXPECT_NEAR(simulator.model().drive.max_curvature_right, limit, 1e-9);
+}
+
+TEST_F(DriveOfACar, SpeedCommandsAreLimitedInValueAndAcceleration) {
+  SimConfig config;
+  config.max_speed = 5.0;
+  config.max_acceleration = 2.0;
+  config.max_deceleration = 4.0;
+  const Simulator simulator = carWith(config);
+  VehicleState state = commanded(simulator, twist(100.0));
+  bool timed_out = false;
+  double last = state.drive.speed;
+  EXPECT_NEAR(last, 2e-3, 1e-12);
+  const auto follow_for = [&](int ticks, double speed) {
+    for (int i = 0; i < ticks; ++i) {
+      state.drive.command = twist(speed);
+      state.drive.command_age = 0;
+      updateDrive(simulator.model(), config, state, timed_out);
+      ASSERT_LE(state.drive.speed - last, 2e-3 + 1e-12);
+      ASSERT_GE(state.drive.speed - last, -4e-3 - 1e-12);
+      last = state.drive.speed;
+    }
+  };
+  follow_for(3000, 100.0);
+  EXPECT_EQ(state.drive.speed, 5.0);
+  follow_for(500, 1.0);
+  EXPECT_NEAR(state.drive.speed, 3.0, 1e-9);
+  follow_for(1000, 1.0);
+  EXPECT_EQ(state.drive.speed, 1.0);
+}
+
+TEST_F(DriveOfACar, TheInnerWheelIsAskedToTurnSlower) {
+  SimConfig config;
+  config.max_acceleration = 1000.0;
+  const Simulator simulator = carWith(config);
+  VehicleState state = simulator.state();
+  const double kappa = 0.2;
+  for (const SteerUnit& steer : simulator.model().drive.steers) {
+    const double angle = std::atan(kappa * kWheelbase / (1.0 - kappa * steer.p_RS.y()));
+    state.profiles[static_cast<std::size_t>(steer.prescribed)].position = steer.sign * angle;
+  }
+  EXPECT_NEAR(actualCurvature(simulator.model(), state), kappa, 1e-12);
+  state.drive.command = twist(1.0, kappa);
+  state.drive.has_command = true;
+  bool timed_out = false;
+  updateDrive(simulator.model(), config, state, timed_out);
+  for (std::size_t i = 0; i < simulator.model().drive.wheels.size(); ++i) {
+    const WheelUnit& wheel = simulator.model().drive.wheels[i];
+    // Each rolls about the common centre at its own distance.
+    const double radius = std::hypot(1.0 / kappa - wheel.p_RW.y(), wheel.p_RW.x() + 1.3);
+    EXPECT_NEAR(state.drive.wheel_speed[i] * wheel.radius, kappa * radius, 1e-9) << wheel.name;
+  }
+}
+
+/// Torques of the driven wheels (rear left, rear right) at their speeds, asked to run at 10 rad/s.
+std::pair<double, double> torques(const SimConfig& config, double left_speed, double right_speed) {
+  const Simulator simulator = make(car(), emptySpace(), config);
+  const VehicleModel& model = simulator.model();
+  VehicleState state = simulator.state();
+  state.drive.mode = DriveState::Mode::kDrive;
+  std::vector<double> torque(model.drive.wheels.size(), 0.0);
+  std::pair<double, double> result;
+  for (std::size_t i = 0; i < model.drive.wheels.size(); ++i) {
+    const WheelUnit& wheel = model.drive.wheels[i];
+    state.drive.wheel_speed[i] = 10.0;
+    if (wheel.driven) state.motion.qd[static_cast<std::size_t>(wheel.joint)] = wheel.p_RW.y() > 0.0 ? left_speed : right_speed;
+  }
+  driveTorques(model, config, state.drive, state.motion.qd, torque);
+  for (std::size_t i = 0; i < model.drive.wheels.size(); ++i) {
+    const WheelUnit& wheel = model.drive.wheels[i];
+    if (!wheel.driven) {
+      EXPECT_EQ(torque[i], 0.0) << wheel.name;
+      continue;
+    }
+    (wheel.p_RW.y() > 0.0 ? result.first : result.second) = torque[i];
+  }
+  return result;
+}
+
+TEST(Drive, AnOpenDifferentialGivesBothWheelsTheSameTorque) {
+  SimConfig config;
+  config.differential = Differential::kOpen;
+  const auto [left, right] = torques(config, 9.0, 9.8);
+  EXPECT_GT(left, 0.0);
+  EXPECT_DOUBLE_EQ(left, right);
+  // And none where the mean speed is right already, however different the wheels.
+  const auto [none, neither] = torques(config, 8.0, 12.0);
+  EXPECT_NEAR(none, 0.0, 1e-12);
+  EXPECT_NEAR(neither, 0.0, 1e-12);
+}
+
+TEST(Drive, ALockedDifferentialMovesTorqueToTheSlowerWheel) {
+  SimConfig config;
+  config.differential = Differential::kLocked;
+  const auto [left, right] = torques(config, 9.9, 10.1);
+  EXPECT_GT(left, 0.0);
+  EXPECT_NEAR(left + right, 0.0, 1e-9) << "the coupling itself drives nothing";
+}
+
+TEST(Drive, PerWheelMotorsCorrectEachItsOwnSpeed) {
+  SimConfig config;
+  config.differential = Differential::kPerWheel;
+  const auto [left, right] = torques(config, 9.9, 10.2);
+  EXPECT_GT(left, 0.0);
+  EXPECT_NEAR(right, -2.0 * left, 1e-9 * std::abs(right));
+}
+
+TEST(Drive, TorqueIsBoundedByEffortAndPower) {
+  SimConfig config;
+  config.max_drive_torque = 100.0;
+  EXPECT_DOUBLE_EQ(torques(config, 0.0, 0.0).first, 100.0);
+  EXPECT_DOUBLE_EQ(torques(config, 1000.0, 1000.0).first, -100.0);
+  config.max_power = 600.0;
+  const auto [left, right] = torques(config, 5.0, 5.0);
+  EXPECT_NEAR(5.0 * (left + right), 600.0, 1e-9);
+}
+
+TEST(Drive, BrakesShareTheDecelerationByTheBalance) {
+  SimConfig config;
+  config.brake_balance = 0.7;
+  config.max_deceleration = 5.0;
+  const Simulator simulator = make(car(), emptySpace(), config);
+  DriveState braking, driving;
+  driving.mode = DriveState::Mode::kDrive;
+  double front = 0.0, rear = 0.0;
+  for (const WheelUnit& wheel : simulator.model().drive.wheels) {
+    (wheel.p_RW.x() > 0.0 ? front : rear) += brakeTorque(wheel, braking) / wheel.radius;
+    EXPECT_EQ(brakeTorque(wheel, driving), 0.0);
+  }
+  EXPECT_NEAR(front + rear, 1200.0 * 5.0, 1e-9);
+  EXPECT_NEAR(front / (front + rear), 0.7, 1e-12);
+}
+
+TEST(Drive, ZeroSpeedAndYawRateMeanBrakeAndCoastMeansNeither) {
+  const Simulator simulator = make(car(), emptySpace(), SimConfig{});
+  const auto modeOf = [&](const DriveCommand& command) {
+    VehicleState state = simulator.state();
+    state.drive.command = command;
+    state.drive.has_command = true;
+    bool timed_out = false;
+    updateDrive(simulator.model(), simulator.config(), state, timed_out);
+    return state.drive.mode;
+  };
+  EXPECT_EQ(modeOf(twist(0.0)), DriveState::Mode::kBrake);
+  EXPECT_EQ(modeOf(twist(1.0)), DriveState::Mode::kDrive);
+  EXPECT_EQ(modeOf(coast()), DriveState::Mode::kCoast);
+}
+
+TEST(Drive, ASteeringMotorTooWeakHoldsAndSaysSo) {
+  // Parked, the front wheels scrub: turning them takes torque. A motor of 1 N m must not get far, a strong one must.
+  for (const double effort : {1.0, 1e6}) {
+    VehicleDescription vehicle = car();
+    for (JointDescription& joint : vehicle.joints)
+      if (joint.role == JointRole::kSteer) joint.effort_limit = effort;
+    SimConfig config;
+    config.integrator = IntegratorKind::kSemiImplicitEuler;
+    Simulator simulator = make(vehicle, flatFloor(), config);
+    standAt(simulator, 0.0, 0.0, 0.0);
+    // The brakes stay on: only the steering is asked for.
+    drive(simulator, ackermann(0.0, 0.4), 2.0);
+    double largest = 0.0;
+    for (const ProfileState& profile : simulator.state().profiles) largest = std::max(largest, std::abs(profile.position));
+    if (effort < 10.0) {
+      EXPECT_GT(simulator.events().effort_exceeded, 0);
+      EXPECT_LT(largest, 0.2);
+    } else {
+      EXPECT_EQ(simulator.events().effort_exceeded, 0);
+      EXPECT_GT(largest, 0.4);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ellipsoid_vehicle_sim::test
