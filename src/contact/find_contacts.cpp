@@ -12,10 +12,15 @@ namespace {
 constexpr double kSameDepth = 1e-9;
 // Rounding allowance when a depth is compared with its explanation [m].
 constexpr double kExplained = 1e-12;
+// Depths this close, in parts of themselves, are worked out before one is called the deeper [-]; above the solver's rounding.
+constexpr double kTieMargin = 1e-12;
 // Normals of one contact seen from two triangles differ by rounding, magnified where the depth hardly depends on them [-].
 constexpr double kSameNormal = 1e-6;
 // h(u) changes by at most this times r_max per radian of turn when the axes' ratio is unbounded; [ContactDefinition] 6.
 constexpr double kTurnReach = 1.12;
+
+// What a cheap plane test may be off by before a triangle is left out on its word [m]; the exact test decides on the rest.
+constexpr double kPruneSlack = 1e-9;
 
 TriangleContact meet(const PosedEllipsoid& ellipsoid, const Triangle& triangle, ContactRule rule, double floor_depth) {
   if (rule == ContactRule::kMinimumTranslation) return minimumTranslation(ellipsoid, triangle, floor_depth);
@@ -53,12 +58,19 @@ double angleTurned(const Eigen::Matrix3d& R0, const Eigen::Matrix3d& R1) {
 class Evaluation {
  public:
   Evaluation(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const ContactOptions& options,
-             const std::vector<Candidate>& candidates, std::vector<int>& refused)
-      : ellipsoid_(ellipsoid), memory_(memory), options_(options), candidates_(candidates), refused_(refused) {
+             const std::vector<Candidate>& candidates, std::vector<NearTriangle>& near)
+      : ellipsoid_(ellipsoid), memory_(memory), options_(options), near_(near) {
     const Eigen::Vector3d half = ellipsoid.halfBox();
-    low_ = ellipsoid.p_WE - half;
-    high_ = ellipsoid.p_WE + half;
-    refused_.clear();
+    const Eigen::Vector3d low = ellipsoid.p_WE - half, high = ellipsoid.p_WE + half;
+    near_.clear();
+    for (const Candidate& candidate : candidates) {
+      if (!boxesMeet(candidate, low, high)) continue;
+      const Eigen::Vector3d& n = candidate.triangle.nhat_W;
+      const double s = n.dot(ellipsoid.p_WE - candidate.triangle.v[0]);
+      if (s < -kPruneSlack) continue;
+      const double h = (ellipsoid.R_WE.transpose() * n).cwiseProduct(ellipsoid.radii).norm();
+      if (h - s > -kPruneSlack) near_.push_back({&candidate, h - s, false});
+    }
   }
 
   EllipsoidContacts run() {
@@ -66,7 +78,7 @@ class Evaluation {
     const Found first = deepestAdmitted([this] { return deepest(); });
     if (first.candidate < 0) return result;
 
-    const Candidate& candidate = candidates_[first.candidate];
+    const Candidate& candidate = *near_[first.candidate].candidate;
     take(result, candidate.index, first.contact.nhat_W, first.contact.p_WE_lowest, first.contact.depth,
          feltDepth(first.contact, candidate));
     if (options_.contacts == ContactsPerEllipsoid::kValley) addValleyContacts(result, first.contact);
@@ -89,8 +101,8 @@ class Evaluation {
     for (;;) {
       const Found found = search();
       if (found.candidate < 0) return found;
-      refused_.push_back(found.candidate);
-      if (admitted(candidates_[found.candidate].index, candidates_[found.candidate].triangle))
+      near_[found.candidate].done = true;
+      if (admitted(*near_[found.candidate].candidate))
         return turned_away.candidate >= 0 && isSame(turned_away.contact, found.contact) ? turned_away : found;
       if (turned_away.candidate < 0) turned_away = found;
     }
@@ -99,8 +111,6 @@ class Evaluation {
   static bool isSame(const TriangleContact& a, const TriangleContact& b) {
     return std::abs(a.depth - b.depth) <= kExplained && (a.nhat_W - b.nhat_W).squaredNorm() <= kSameNormal * kSameNormal;
   }
-
-  bool leftOut(int candidate) const { return std::find(refused_.begin(), refused_.end(), candidate) != refused_.end(); }
 
   void take(EllipsoidContacts& result, int triangle, const Eigen::Vector3d& u, const Eigen::Vector3d& lowest, double depth,
             double felt) const {
@@ -117,27 +127,29 @@ class Evaluation {
   Found deepest() const {
     TriangleContact best;
     int winner = -1;
+    // No minimum translation exceeds the depth below the plane; the document's rule may.
+    const bool bounded = options_.rule == ContactRule::kMinimumTranslation;
     const auto consider = [&](int i) {
-      if (leftOut(i) || !boxesMeet(candidates_[i], low_, high_)) return;
-      const Triangle& triangle = candidates_[i].triangle;
-      // Lowest index wins a tie, in whatever order they come.
-      const double floor = i < winner ? std::nextafter(best.depth, 0.0) : best.depth;
-      const TriangleContact contact = meet(ellipsoid_, triangle, options_.rule, floor);
-      if (!contact) return;
+      if (near_[i].done || (bounded && near_[i].plane_depth < best.depth - kPruneSlack)) return;
+      // Lowest index wins a tie, in whatever order they come; a floor at the depth itself would leave ties to rounding.
+      const double floor = i < winner ? best.depth * (1.0 - kTieMargin) : best.depth;
+      const TriangleContact contact = meet(ellipsoid_, near_[i].candidate->triangle, options_.rule, floor);
+      if (!contact || contact.depth < best.depth || (contact.depth == best.depth && i > winner)) return;
       best = contact;
       winner = i;
     };
-    // The triangles of the last pose first: most others are then proved shallower without being worked out.
+    // The triangle of the last pose first: most others are then proved shallower without being worked out.
+    const int count = static_cast<int>(near_.size());
     int warm = -1;
     if (memory_.count > 0) {
-      for (int i = 0; i < static_cast<int>(candidates_.size()); ++i)
-        if (candidates_[i].index == memory_.carried[0].triangle) {
+      for (int i = 0; i < count; ++i)
+        if (near_[i].candidate->index == memory_.carried[0].triangle) {
           warm = i;
           consider(i);
           break;
         }
     }
-    for (int i = 0; i < static_cast<int>(candidates_.size()); ++i)
+    for (int i = 0; i < count; ++i)
       if (i != warm) consider(i);
     return {winner, best, {}};
   }
@@ -149,8 +161,9 @@ class Evaluation {
   }
 
   // May this triangle push? It must have been known, or have had the centre in front and been no deeper than the others.
-  bool admitted(int index, const Triangle& triangle) const {
-    if (!options_.memory || memory_.fresh || carried(index)) return true;
+  bool admitted(const Candidate& candidate) const {
+    const Triangle& triangle = candidate.triangle;
+    if (!options_.memory || memory_.fresh || carried(candidate.index)) return true;
     if (!centreInFront(memory_.posed, triangle)) return false;
     const TriangleContact before = meet(memory_.posed, triangle, options_.rule, 0.0);
     if (!before) return true;
@@ -205,11 +218,12 @@ class Evaluation {
     const auto highest = [&](const Candidate& c, int axis) {
       return first.nhat_W[axis] * (first.nhat_W[axis] > 0.0 ? c.high[axis] : c.low[axis]);
     };
-    for (int i = 0; i < static_cast<int>(candidates_.size()) && !rises_above_first; ++i) {
-      const Candidate& c = candidates_[i];
-      if (highest(c, 0) + highest(c, 1) + highest(c, 2) <= height || !boxesMeet(c, low_, high_) || leftOut(i)) continue;
+    for (const NearTriangle& other : near_) {
+      const Candidate& c = *other.candidate;
+      if (other.done || highest(c, 0) + highest(c, 1) + highest(c, 2) <= height) continue;
       for (const Eigen::Vector3d& v : c.triangle.v)
         rises_above_first = rises_above_first || first.nhat_W.dot(v - plane_point) > kSameDepth;
+      if (rises_above_first) break;
     }
     // On flat and convex ground the first push clears everything.
     if (!rises_above_first) return;
@@ -220,15 +234,16 @@ class Evaluation {
     depth[0] = first.depth;
     while (result.count < kMaxContactsPerEllipsoid) {
       const PosedEllipsoid pushed = moved(ellipsoid_, push);
-      const Found found = deepestAdmitted([&] { return deepestLeft(pushed); });
+      const Found found = deepestAdmitted([&] { return deepestLeft(pushed, push); });
       if (found.candidate < 0) return;
 
+      const Candidate& candidate = *near_[found.candidate].candidate;
       const TriangleContact& left = found.contact;
       const double full = left.depth + push.dot(left.nhat_W);
       // What the triangle's own contact owes to a jump is taken off here too.
-      const double lost = found.at_pose.depth - feltDepth(found.at_pose, candidates_[found.candidate]);
+      const double lost = found.at_pose.depth - feltDepth(found.at_pose, candidate);
       const int slot = result.count;
-      take(result, candidates_[found.candidate].index, left.nhat_W, left.p_WE_lowest - push, full, full - lost);
+      take(result, candidate.index, left.nhat_W, left.p_WE_lowest - push, full, full - lost);
       nhat[slot] = left.nhat_W;
       depth[slot] = full;
       push = shortestPush(nhat, depth, result.count).p;
@@ -236,13 +251,17 @@ class Evaluation {
   }
 
   // The deepest contact of the pushed ellipsoid with a triangle that the ellipsoid touches where it stands.
-  Found deepestLeft(const PosedEllipsoid& pushed) const {
+  Found deepestLeft(const PosedEllipsoid& pushed, const Eigen::Vector3d& push) const {
+    const bool bounded = options_.rule == ContactRule::kMinimumTranslation;
     Found best;
-    for (int i = 0; i < static_cast<int>(candidates_.size()); ++i) {
-      if (leftOut(i) || !boxesMeet(candidates_[i], low_, high_)) continue;
-      const TriangleContact left = meet(pushed, candidates_[i].triangle, options_.rule, best.contact.depth);
+    for (int i = 0; i < static_cast<int>(near_.size()); ++i) {
+      const Triangle& triangle = near_[i].candidate->triangle;
+      const double plane_depth = near_[i].plane_depth - push.dot(triangle.nhat_W);
+      const double needed = bounded ? best.contact.depth : 0.0;
+      if (near_[i].done || plane_depth < needed - kPruneSlack) continue;
+      const TriangleContact left = meet(pushed, triangle, options_.rule, best.contact.depth);
       if (!left) continue;
-      const TriangleContact at_pose = meet(ellipsoid_, candidates_[i].triangle, options_.rule, 0.0);
+      const TriangleContact at_pose = meet(ellipsoid_, triangle, options_.rule, 0.0);
       if (!at_pose) continue;
       best = {i, left, at_pose};
     }
@@ -252,9 +271,7 @@ class Evaluation {
   const PosedEllipsoid& ellipsoid_;
   const ContactMemory& memory_;
   const ContactOptions& options_;
-  const std::vector<Candidate>& candidates_;
-  std::vector<int>& refused_;
-  Eigen::Vector3d low_, high_;
+  std::vector<NearTriangle>& near_;
 };
 
 }  // namespace
@@ -287,7 +304,7 @@ EllipsoidContacts findContacts(const PosedEllipsoid& ellipsoid, const ContactMem
   const std::vector<Candidate>& candidates =
       finder.cache.around(ellipsoid.p_WE - half, ellipsoid.p_WE + half, travel, terrain, options.cache);
   if (candidates.empty()) return {};
-  EllipsoidContacts contacts = Evaluation(ellipsoid, memory, options, candidates, finder.refused).run();
+  EllipsoidContacts contacts = Evaluation(ellipsoid, memory, options, candidates, finder.near).run();
   assignShares(contacts);
   return contacts;
 }

@@ -41,16 +41,6 @@ std::optional<ParameterValue> fromXmlRpc(XmlRpc::XmlRpcValue& value) {
 /// What only several values together can get wrong.
 void checkTogether(const NodeParameters& parameters, Problems& problems) {
   const NodeOptions& options = parameters.options;
-  const double tick_rate = 1.0 / parameters.config.dt;
-  const auto checkRate = [&](const char* key, double rate) {
-    // Half a tick of room: 1000 Hz at a tick of 1 ms is fine whatever 1/dt rounds to.
-    if (rate <= 1.5 * tick_rate) return;
-    problems.push_back({std::string("~") + key, "'" + valueText(rate) + "' Hz is more than one message a tick of " +
-                                                    valueText(parameters.config.dt) + " s"});
-  };
-  checkRate("clock_rate", options.clock_rate);
-  checkRate("publish_rate", options.publish_rate);
-  checkRate("marker_rate", options.marker_rate);
   if (options.clock != ClockMode::kPublish && options.lockstep) {
     problems.push_back({"~lockstep", "'true' needs clock: publish, or nobody could wait for anybody"});
   }
@@ -92,7 +82,7 @@ ParameterTable<NodeOptions> nodeParameters() {
           "wall "
           "time."),
       numberParameter("clock_rate", "Hz", 1.0, 1e6, &O::clock_rate,
-                      "Of /clock, in simulated time, like all rates here."),
+                      "Of /clock, in simulated time, like all rates here; at most one message a tick."),
       numberParameter("publish_rate", "Hz", 0.1, 1e6, &O::publish_rate,
                       "Of odom, tf and joint_states. In lockstep one command is awaited after each."),
       numberParameter("marker_rate", "Hz", 0.1, 1e6, &O::marker_rate, "Of contact_markers."),

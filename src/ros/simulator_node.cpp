@@ -39,19 +39,25 @@ SimulatorNode::SimulatorNode(ros::NodeHandle nh, ros::NodeHandle nh_priv, NodeSe
       world_markers_(setup.terrain, options_.odom_frame, static_cast<int>(options_.world_marker_limit)),
       simulator_(std::move(setup.simulator)),
       base_frame_(setup.base_frame),
-      clock_event_(eventAt(options_.clock_rate)),
-      state_event_(eventAt(options_.publish_rate)),
-      marker_event_(eventAt(options_.marker_rate)),
-      diagnostics_event_(eventAt(kDiagnosticsRate)),
-      distance_event_(eventAt(kDistanceRate)),
+      clock_event_(eventAt("clock_rate", options_.clock_rate)),
+      state_event_(eventAt("publish_rate", options_.publish_rate)),
+      marker_event_(eventAt("marker_rate", options_.marker_rate)),
+      diagnostics_event_(eventAt("diagnostics", kDiagnosticsRate)),
+      distance_event_(eventAt("distance", kDistanceRate)),
       // A clock that is followed sets the pace itself.
       pacer_(options_.clock == ClockMode::kFollow ? 0.0 : options_.real_time_factor, simulator_.config().dt) {
   for (const std::string& note : setup.notes) ROS_INFO("%s", note.c_str());
   advertise();
 }
 
-SimulatorNode::Event SimulatorNode::eventAt(double rate) const {
-  return {std::max<std::int64_t>(1, std::llround(1.0 / (rate * simulator_.config().dt)))};
+SimulatorNode::Event SimulatorNode::eventAt(const char* key, double rate) const {
+  const double dt = simulator_.config().dt;
+  const std::int64_t period = std::max<std::int64_t>(1, std::llround(1.0 / (rate * dt)));
+  const double real_rate = 1.0 / (static_cast<double>(period) * dt);
+  if (std::abs(real_rate - rate) > 1e-6 * rate) {
+    ROS_INFO("%s: %g Hz becomes %g Hz, one message every %ld ticks", key, rate, real_rate, static_cast<long>(period));
+  }
+  return {period};
 }
 
 int SimulatorNode::run() {
@@ -190,8 +196,14 @@ void SimulatorNode::onCommand(const geometry_msgs::Twist& twist) {
       twist.linear.x + twist.linear.y + twist.linear.z + twist.angular.x + twist.angular.y + twist.angular.z;
   if (!std::isfinite(sum)) {
     ++dropped_commands_;
-    ROS_WARN_THROTTLE(1.0, "%s: a command that is not finite was dropped (%ld so far)",
-                      command_subscriber_.getTopic().c_str(), static_cast<long>(dropped_commands_));
+    // Not ROS_WARN_THROTTLE: it counts simulated time, says nothing in its first second, and in lockstep that may be
+    // all.
+    const auto now = WallPacer::Clock::now();
+    if (now - last_drop_warning_ > std::chrono::seconds(1)) {
+      last_drop_warning_ = now;
+      ROS_WARN("%s: a command that is not finite was dropped (%ld so far)", command_subscriber_.getTopic().c_str(),
+               static_cast<long>(dropped_commands_));
+    }
     return;
   }
   if (!options_.lockstep) {

@@ -34,7 +34,8 @@ TEST(Bounce, ClosedFormIsThatOfTheTable) {
     const BounceTime time = bounceOfDampedSpring(row.zeta);
     EXPECT_NEAR(time.contact_time, row.contact_time, 6e-7);
     EXPECT_NEAR(time.restitution, row.restitution, 6e-7);
-    EXPECT_NEAR(dampingRatioForRestitution(row.restitution), row.zeta, 1e-5);
+    // At zeta = 3 the printed digits of e tell zeta to 7e-5.
+    EXPECT_NEAR(dampingRatioForRestitution(row.restitution), row.zeta, 1e-4);
   }
 }
 
@@ -46,7 +47,8 @@ TEST(Bounce, GivesBackTheSpeedAndLastsAsTheClosedFormSays) {
     for (const Row& row : kRows) {
       const Bounce b = bounceOf(springConfig(kind, kDt, kStiffness, dampingOf(row.zeta)), 1e-3);
       EXPECT_NEAR(b.exit_speed / kSpeed, row.restitution, 2.0 * row.zeta * h + h * h) << toString(kind) << " zeta " << row.zeta;
-      EXPECT_NEAR(b.contact_time, row.contact_time / kOmega, 2.0 * kDt) << toString(kind) << " zeta " << row.zeta;
+      // Both ends fall inside a step; where damping is strong the release itself is late by part of one.
+      EXPECT_NEAR(b.contact_time, row.contact_time / kOmega, 3.0 * kDt) << toString(kind) << " zeta " << row.zeta;
     }
 }
 

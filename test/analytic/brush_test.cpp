@@ -65,7 +65,9 @@ TEST(Brush, StiffnessIsTheSameAtEverySpeed) {
   // Also beyond l / tau = 50 m/s, where the memory of the patch is bounded.
   for (const double speed : {1.0, 5.0, 20.0, 49.0, 51.0, 150.0}) {
     const Rolling r = rolled(IntegratorKind::kRk4, speed, 0.0, 0.1);
-    EXPECT_NEAR(r.friction_across, -kC * r.slip_across, kThreeDigits * kC * 0.1) << speed << " m/s";
+    // The force follows the slip after l / v, in which a slow wheel's own motion has changed by 7/2 F / m.
+    const double lag = 3.5 * kC * kLength / (kMass * speed * speed);
+    EXPECT_NEAR(r.friction_across, -kC * r.slip_across, (kThreeDigits + lag) * kC * 0.1) << speed << " m/s";
   }
 }
 

@@ -13,11 +13,13 @@ constexpr double kInertia = 0.4 * kMass * kRadius * kRadius;
 constexpr double kLambda = kFriction * (1.0 / kMass + kRadius * kRadius / kInertia);
 
 /// Contact with damping ratio one; the ball comes down at the speed at which the damper alone carries it, so that the floor
-/// pushes with m g or a little more from the first touch on, and the cone is never narrower than at rest.
+/// pushes with m g or a little more from the first touch on, and the cone is never narrower than at rest. The contact's
+/// frequency times the step is 0.1 where steps are short, and 0.3 at 1 ms.
 Simulator thrown(IntegratorKind kind, double dt, double mu, FrictionMode mode = FrictionMode::kViscous) {
-  constexpr double kStiffness = 1e7;
-  const double damping = 2.0 * std::sqrt(kStiffness * kMass);
-  SimConfig config = springConfig(kind, dt, kStiffness, damping);
+  const double stiffness = dt < 5e-4 ? 1e7 : 1e6;
+  const double damping = 2.0 * std::sqrt(stiffness * kMass);
+  SimConfig config = springConfig(kind, dt, stiffness, damping);
+  config.allow_unstable = false;
   config.gravity = kGravity;
   config.body_friction = mode;
   config.viscous_friction = kFriction;
@@ -80,7 +82,7 @@ TEST(SlidingToRolling, EveryFrictionEndsInTheSameRolling) {
 }
 
 TEST(SlidingToRolling, LosesTheEnergyOfTheSlip) {
-  // 1/2 u0^2 m I / (I + m R^2); the drop onto the floor's sag (m g / k = 10 um) is 1 mJ.
+  // 1/2 u0^2 m I / (I + m R^2); the fall onto the floor is not counted.
   Simulator simulator = thrown(IntegratorKind::kRk4, 1e-3, 10.0);
   const auto kinetic = [&] { return 0.5 * kMass * speedOf(simulator) * speedOf(simulator) + 0.5 * kInertia * spinOf(simulator) * spinOf(simulator); };
   const double before = kinetic();
@@ -100,9 +102,10 @@ TEST(SlidingToRolling, TheCapBoundsTheForceUntilTheSlipIsSmall) {
   // but for the step of first touch, 2 mu g dt at most.
   double pushed = kGravity * 0.01 + simulator.rootVelocity_W().z() - vz0;
   EXPECT_NEAR(speedOf(simulator), kSpeed - kMu * pushed, 2.0 * kMu * kGravity * kDt);
-  const double v1 = speedOf(simulator), u1 = slipOf(simulator);
+  const double v1 = speedOf(simulator), u1 = slipOf(simulator), vz1 = simulator.rootVelocity_W().z();
   run(simulator, 0.15);
-  EXPECT_NEAR(speedOf(simulator), v1 - kMu * kGravity * 0.15, 1e-6);
+  pushed = kGravity * 0.15 + simulator.rootVelocity_W().z() - vz1;
+  EXPECT_NEAR(speedOf(simulator), v1 - kMu * pushed, 1e-10);
   const double until_knee = (u1 - knee) / (kMu * kMass * kGravity * kLambda / kFriction);
   // From the knee on the exponential: u1 and the time of the knee are known, so is everything after it.
   run(simulator, 0.3);
@@ -113,7 +116,8 @@ TEST(SlidingToRolling, TheCapBoundsTheForceUntilTheSlipIsSmall) {
 
 TEST(SlidingToRolling, ALockedBodyStopsAfterMassTimesSpeedOverFriction) {
   // Four feet cannot roll. Together they have the friction f of the formula, stop after m v / f and never turn.
-  SimConfig config = springConfig(IntegratorKind::kRk4, 1e-3, 1e6, 2000.0);
+  SimConfig config = springConfig(IntegratorKind::kRk4, 1e-3, 1e5, 500.0);
+  config.allow_unstable = false;
   config.gravity = kGravity;
   config.viscous_friction = 25.0;
   config.mu_static = config.mu_kinetic = 10.0;

@@ -129,19 +129,22 @@ TEST_P(SingleSheet, PassingAboveTheStoppableSpeedIsNeverSilent) {
   EXPECT_GT(passed, 100);
 }
 
+std::string sheetName(const testing::TestParamInfo<Sheet>& sheet) {
+  const Vector3d& r = sheet.param.radii;
+  const char* shape = r.z() < 0.1 ? "Disc" : r.y() == r.z() ? "Sphere" : "Wheel";
+  const char* integrator = sheet.param.integrator == IntegratorKind::kExplicitEuler       ? "ExplicitEuler"
+                           : sheet.param.integrator == IntegratorKind::kSemiImplicitEuler ? "SemiImplicitEuler"
+                                                                                          : "Rk4";
+  return std::string(integrator) + shape;
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Shapes, SingleSheet,
     testing::Values(Sheet{IntegratorKind::kExplicitEuler, {0.3, 0.3, 0.3}}, Sheet{IntegratorKind::kExplicitEuler, {0.35, 0.12, 0.35}},
                     Sheet{IntegratorKind::kSemiImplicitEuler, {0.3, 0.3, 0.3}},
                     Sheet{IntegratorKind::kSemiImplicitEuler, {0.35, 0.12, 0.35}}, Sheet{IntegratorKind::kRk4, {0.3, 0.3, 0.3}},
                     Sheet{IntegratorKind::kRk4, {0.35, 0.12, 0.35}}, Sheet{IntegratorKind::kRk4, {0.4, 0.4, 0.02}}),
-    [](const testing::TestParamInfo<Sheet>& info) {
-      const char* integrator = info.param.integrator == IntegratorKind::kExplicitEuler       ? "ExplicitEuler"
-                               : info.param.integrator == IntegratorKind::kSemiImplicitEuler ? "SemiImplicitEuler"
-                                                                                             : "Rk4";
-      const Vector3d& r = info.param.radii;
-      return std::string(integrator) + (r.x() == r.z() && r.x() == r.y() ? "Sphere" : r.z() < 0.1 ? "Disc" : "Wheel");
-    });
+    sheetName);
 
 }  // namespace
 }  // namespace ellipsoid_vehicle_sim::test

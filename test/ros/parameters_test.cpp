@@ -110,12 +110,6 @@ TEST(Parameters, AllProblemsAreToldAtOnce) {
   EXPECT_EQ(loaded.problems.size(), 3u) << problemText(loaded.problems);
 }
 
-TEST(Parameters, RateAboveTheTickRateIsRefused) {
-  EXPECT_NE(problemsOf({{"dt", 0.01}, {"publish_rate", 200.0}, {"allow_unstable", true}})
-                .find("more than one message a tick"),
-            std::string::npos);
-}
-
 TEST(Parameters, LockstepNeedsOurClock) {
   EXPECT_NE(problemsOf({{"lockstep", true}, {"clock", std::string("wall")}}).find("needs clock: publish"),
             std::string::npos);

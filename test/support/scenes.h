@@ -117,7 +117,8 @@ inline VehicleDescription car(const CarShape& shape = {}) {
   v.name = "car";
   v.root = "base_link";
   v.layout = shape.steering ? DriveLayout::kAckermann : DriveLayout::kDifferential;
-  const double body_mass = shape.mass - 4.0 * (shape.wheel_mass + (shape.suspension ? 5.0 : 0.0) + (shape.steering ? 0.5 : 0.0));
+  const double body_mass =
+      shape.mass - 4.0 * (shape.wheel_mass + (shape.suspension ? 5.0 : 0.0)) - (shape.steering ? 2.0 * 0.5 : 0.0);
   v.links.push_back(link("base_link", body_mass, {0, 0, shape.height},
                          Eigen::Vector3d(0.25 * body_mass, 1.2 * body_mass, 1.35 * body_mass).asDiagonal()));
   if (shape.body_shape)

@@ -155,7 +155,7 @@ class SlowTreeDynamics {
     const std::vector<BodyJacobian> all = jacobians(x);
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       const RigidInertia& inertia = bodies_[i].inertia;
-      sum += inertia.mass * all[i].cm.cross(all[i].of_cm * u) +
+      sum += inertia.mass * all[i].cm.cross(Eigen::Vector3d(all[i].of_cm * u)) +
              all[i].R * (inertia.I_cm_A * (all[i].R.transpose() * (all[i].turning * u)));
     }
     return sum;

@@ -19,10 +19,17 @@ struct ContactOptions {
   bool cache = true;   ///< reuse of candidate lists; changes no answer.
 };
 
+/// A candidate whose box and plane the ellipsoid reaches.
+struct NearTriangle {
+  const Candidate* candidate;
+  double plane_depth;  ///< h(n) - s, to rounding [m].
+  bool done;           ///< taken, or turned away.
+};
+
 /// Buffers of one ellipsoid; no state: two finders give the same answers whatever they were asked before.
 struct ContactFinder {
   CandidateCache cache;
-  std::vector<int> refused;  ///< candidates taken or turned away in the present evaluation.
+  std::vector<NearTriangle> near;  ///< of the present evaluation.
 };
 
 /// Each ellipsoid meets the one triangle it would have to be pushed furthest to clear (ties: the lowest index); in

@@ -45,7 +45,8 @@ class SimulatorNode {
     bool dueAt(std::int64_t ticks_since_reset) const { return ticks_since_reset % period == 0; }
   };
 
-  Event eventAt(double rate) const;
+  /// Says so if the rate has to be rounded to whole ticks.
+  Event eventAt(const char* key, double rate) const;
   void advertise();
 
   // The loop.
@@ -97,6 +98,7 @@ class SimulatorNode {
   bool announced_ready_ = false;
   bool ready_ = false;  ///< as last published.
   std::int64_t dropped_commands_ = 0;
+  WallPacer::Clock::time_point last_drop_warning_{};
   double reported_lost_ = 0.0;  ///< of the pacer's lost time [s].
   std::string failure_;         ///< why the run cannot go on; "" while it can.
   StepEvents reported_events_;
