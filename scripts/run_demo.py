@@ -1,6 +1,7 @@
 """The demo itself, in the environment that scripts/demo prepares: one roslaunch with a master of its own."""
 import argparse
 import ctypes
+import math
 import os
 import shutil
 import signal
@@ -9,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import xml.etree.ElementTree as ElementTree
 
 import shipped_files
 
@@ -16,6 +18,7 @@ LEAST_DISTANCE = 1.0  # [m] that the vehicle must have moved
 DEFAULT_SECONDS = 20.0  # [s] simulated, headless; with a window until it is closed
 # Wall time allowed beyond the simulated time: a slow machine, RViz starting.
 PATIENCE = 180.0  # [s]
+DISTANCE_PER_REACH = 6.0  # of RViz's camera, over the largest distance of a joint from its parent
 KEYS = ["simulated time", "distance", "real-time factor", "step time mean", "step time p99", "largest penetration",
         "most contacts", "result"]
 UNITS = {"simulated time": " s", "distance": " m", "step time mean": " us", "step time p99": " us",
@@ -46,6 +49,28 @@ def parse_arguments():
         if os.path.isfile(name):
             setattr(arguments, kind, path)
     return arguments
+
+
+def rviz_config(vehicle, folder):
+    """The shipped RViz configuration with the camera on this vehicle's root link, as far away as its size asks for."""
+    with open(os.path.join(shipped_files.share_folder(), "launch", "simulator.rviz")) as file:
+        text = file.read()
+    try:
+        urdf = ElementTree.parse(shipped_files.find("vehicle", vehicle)).getroot()
+        joints = urdf.findall("joint")
+        children = {joint.find("child").get("link") for joint in joints}
+        root = [link.get("name") for link in urdf.findall("link") if link.get("name") not in children][0]
+        # How far its joints reach from one another: about its length.
+        reach = max(math.hypot(*(float(x) for x in joint.find("origin").get("xyz").split()))
+                    for joint in joints if joint.find("origin") is not None and joint.find("origin").get("xyz"))
+        text = text.replace("Target Frame: base_link", "Target Frame: " + root)
+        text = text.replace("Distance: 9\n", "Distance: %.3g\n" % min(30.0, max(1.5, DISTANCE_PER_REACH * reach)))
+    except (ElementTree.ParseError, AttributeError, IndexError, ValueError):
+        pass  # the simulator will say what is wrong with it; the shipped view will do
+    path = os.path.join(folder, "demo.rviz")
+    with open(path, "w") as file:
+        file.write(text)
+    return path
 
 
 def free_port():
@@ -106,6 +131,7 @@ def run(arguments, folder):
     command = ["roslaunch", "-p", str(port), "ellipsoid_vehicle_sim", "demo.launch",
                "vehicle:=" + arguments.vehicle, "world:=" + arguments.world, "duration:=%r" % seconds,
                "rviz:=" + ("false" if arguments.headless else "true"),
+               "rviz_config:=" + rviz_config(arguments.vehicle, folder),
                "lockstep:=" + ("true" if arguments.headless else "false"),
                "real_time_factor:=" + ("0" if arguments.headless else "1"),
                "summary_file:=" + os.path.join(folder, "summary"),

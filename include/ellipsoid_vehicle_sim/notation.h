@@ -27,6 +27,10 @@
 ///                        5 deepest wins; 6 admission, depth and slack; 7 valley.
 ///   [BounceClosedForm]   docs/physics.md, "Bounce": the half oscillation of x'' + 2 zeta omega x' + omega^2 x = 0 up to the
 ///                        moment at which the spring would begin to pull.
+///   [OscillatorErrors]   docs/physics.md, "Steps": what each integrator makes of the undamped oscillator.
+///   [TorqueFreeBody]     L. D. Landau, E. M. Lifshitz, Mechanics, sec. 37: the asymmetrical top in elliptic functions.
+///   [SlidingToRolling], [SlopeClosedForm], [StoppingDistance]   docs/physics.md, "Closed forms".
+///   [BicycleModel]       [Pacejka2012] 1.3: steady cornering of the linear single-track vehicle.
 ///   [OscillatorLimits]   docs/physics.md, "Steps": spectral radius of each one-step map on the damped oscillator.
 ///   [Featherstone2008]   R. Featherstone, Rigid Body Dynamics Algorithms, Springer 2008: ch. 7 articulated bodies, 9.4 floating base.
 ///   [MuntheKaas1999]     H. Munthe-Kaas, High order Runge-Kutta methods on manifolds, Appl. Numer. Math. 29 (1999).

@@ -2,8 +2,10 @@
 
 #include <ros/console.h>
 #include <ros/master.h>
+#include <ros/network.h>
 #include <ros/param.h>
 #include <ros/this_node.h>
+#include <xmlrpcpp/XmlRpcClient.h>
 
 #include <algorithm>
 #include <array>
@@ -14,6 +16,7 @@
 
 #include "ellipsoid_vehicle_sim/description/parameter_file.h"
 #include "ellipsoid_vehicle_sim/description/urdf_loader.h"
+#include "ellipsoid_vehicle_sim/description/urdf_text.h"
 #include "ellipsoid_vehicle_sim/description/world_file.h"
 #include "ellipsoid_vehicle_sim/ros/resources.h"
 
@@ -120,6 +123,21 @@ std::map<std::string, JointRole> parseRoles(const std::vector<std::string>& word
   return roles;
 }
 
+/// Whether a node that the master lists is still there; one that crashed stays listed.
+bool isAlive(const std::string& node) {
+  XmlRpc::XmlRpcValue request, response, payload;
+  request[0] = ros::this_node::getName();
+  request[1] = node;
+  std::string host;
+  std::uint32_t port = 0;
+  if (!ros::master::execute("lookupNode", request, response, payload, false)) return false;
+  if (!ros::network::splitURI(static_cast<std::string>(payload), host, port)) return false;
+  XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
+  XmlRpc::XmlRpcValue caller, pid;
+  caller[0] = ros::this_node::getName();
+  return client.execute("getPid", caller, pid);
+}
+
 /// Only one node may be the source of time; and without use_sim_time nobody would listen to it.
 Problems checkClock(ClockMode mode) {
   Problems problems;
@@ -145,7 +163,7 @@ Problems checkClock(ClockMode mode) {
     if (static_cast<std::string>(state[0][i][0]) != "/clock") continue;
     for (int j = 0; j < state[0][i][1].size(); ++j) {
       const std::string node = state[0][i][1][j];
-      if (node == ros::this_node::getName()) continue;
+      if (node == ros::this_node::getName() || !isAlive(node)) continue;
       problems.push_back({"~clock", "'publish', but " + node +
                                         " publishes /clock already: two clocks would make time jump; "
                                         "stop it, or set ~clock to follow"});
@@ -164,6 +182,21 @@ std::vector<std::string> roleTable(const VehicleDescription& vehicle) {
   }
   lines.push_back("layout of the drive: " + std::string(toString(vehicle.layout)));
   return lines;
+}
+
+/// Links with a <visual> that RViz can draw: a primitive, or a mesh that is there.
+std::set<std::string> drawnLinks(const UrdfSource& urdf, const UriResolver& resolver) {
+  Problems ignored;  // the loader has told them
+  std::vector<std::string> notes;
+  std::set<std::string> links;
+  const auto text = readUrdfText(urdf.text, urdf.file, ignored, notes);
+  if (!text) return links;
+  for (const LinkText& link : text->links) {
+    for (const ShapeText& visual : link.visuals) {
+      if (visual.kind != ShapeText::Kind::kMesh || resolver(visual.filename)) links.insert(link.name);
+    }
+  }
+  return links;
 }
 
 /// Largest distance across the ellipsoids with all joints at zero.
@@ -211,12 +244,14 @@ Loaded<NodeSetup> loadSetup(const ros::NodeHandle& nh, const ros::NodeHandle& nh
   append(urdf.problems, problems);
   append(urdf.notes, result.notes);
   Loaded<VehicleDescription> vehicle;
+  std::set<std::string> drawn_links;
   if (urdf) {
     UrdfOptions urdf_options;
     urdf_options.drive_joints = options.drive_joints;
     urdf_options.roles = parseRoles(options.joint_roles, problems);
-    vehicle = loadUrdfText(urdf.value->text, urdf.value->file, packageResolver(options.package_dirs, urdf.value->file),
-                           urdf_options);
+    const UriResolver resolver = packageResolver(options.package_dirs, urdf.value->file);
+    vehicle = loadUrdfText(urdf.value->text, urdf.value->file, resolver, urdf_options);
+    drawn_links = drawnLinks(*urdf.value, resolver);
     append(vehicle.problems, problems);
     append(vehicle.notes, result.notes);
     if (vehicle) append(roleTable(*vehicle.value), result.notes);
@@ -260,7 +295,7 @@ Loaded<NodeSetup> loadSetup(const ros::NodeHandle& nh, const ros::NodeHandle& nh
 
   append(simulator.value->loadReport(), result.notes);
   result.value.emplace(NodeSetup{options, terrain, std::move(*simulator.value), vehicle.value->root,
-                                 vehicleLength(*vehicle.value), result.notes});
+                                 vehicleLength(*vehicle.value), drawn_links, result.notes});
   return result;
 }
 

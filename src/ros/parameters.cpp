@@ -94,8 +94,9 @@ ParameterTable<NodeOptions> nodeParameters() {
       numberParameter("lockstep_timeout", "s", 0.0, 1e6, &O::lockstep_timeout,
                       "Wall time to wait for that command before giving up with an error; 0: for ever."),
       numberParameter("duration", "s", 0.0, 1e9, &O::duration, "Simulated time after which the node ends; 0: never."),
-      numberParameter("contact_arrow_scale", "m/N", 1e-9, 1e3, &O::contact_arrow_scale,
-                      "Length of contact arrows. Not given: the weight of the vehicle is as long as the vehicle."),
+      numberParameter(
+          "contact_arrow_scale", "m/N", 1e-9, 1e3, &O::contact_arrow_scale,
+          "Length of contact arrows. Not given: the weight of the vehicle is twice as long as the vehicle."),
       numberParameter("world_marker_limit", "-", 1000.0, 1e8, &O::world_marker_limit,
                       "Triangles shown at most; of a larger world only the part around the vehicle."),
       textParameter("summary_file", &O::summary_file, "File for the report that is also logged at the end."),

@@ -23,10 +23,11 @@ constexpr std::size_t kLongestQueue = 100;            // commands waiting in loc
 constexpr double kDistanceRate = 10.0;                // [Hz]
 constexpr double kDiagnosticsRate = 1.0;              // [Hz]
 
-/// Length of an arrow for one newton: the vehicle's weight is as long as the vehicle, unless told otherwise.
+/// Length of an arrow for one newton: the vehicle's weight is twice as long as the vehicle, so that an arrow on one of
+/// four wheels comes out of the wheel; unless told otherwise.
 double arrowScale(const NodeSetup& setup) {
   const double weight = setup.simulator.model().mass * std::max(setup.simulator.config().gravity, 1.0);
-  return setup.options.contact_arrow_scale.value_or(setup.vehicle_length / weight);
+  return setup.options.contact_arrow_scale.value_or(2.0 * setup.vehicle_length / weight);
 }
 
 }  // namespace
@@ -39,6 +40,7 @@ SimulatorNode::SimulatorNode(ros::NodeHandle nh, ros::NodeHandle nh_priv, NodeSe
       world_markers_(setup.terrain, options_.odom_frame, static_cast<int>(options_.world_marker_limit)),
       simulator_(std::move(setup.simulator)),
       base_frame_(setup.base_frame),
+      drawn_links_(setup.drawn_links),
       clock_event_(eventAt("clock_rate", options_.clock_rate)),
       state_event_(eventAt("publish_rate", options_.publish_rate)),
       marker_event_(eventAt("marker_rate", options_.marker_rate)),

@@ -46,7 +46,7 @@ void SimulatorNode::advertise() {
       nh_.subscribe("cmd_vel", kCommandQueue, &SimulatorNode::onCommand, this, ros::TransportHints().tcpNoDelay());
   reset_server_ = nh_priv_.advertiseService("reset", &SimulatorNode::onReset, this);
 
-  shape_publisher_.publish(collisionShapeMarkers(simulator_.ellipsoids()));
+  shape_publisher_.publish(collisionShapeMarkers(simulator_.ellipsoids(), drawn_links_));
   if (const auto world = world_markers_.update(simulator_.rootPose().p)) world_publisher_.publish(*world);
   if (world_markers_.partial()) {
     ROS_INFO(

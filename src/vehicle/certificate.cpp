@@ -127,27 +127,28 @@ MatrixXd semiImplicitMap(const MatrixXd& J, int positions, double dt) {
   return map;
 }
 
-bool semiImplicitHolds(const MatrixXd& J, int positions, double dt) {
+// `growth`: how fast the motion itself grows where it does (a vehicle about to tip) [1/s]; that is not the step's fault.
+bool semiImplicitHolds(const MatrixXd& J, int positions, double growth, double dt) {
   const Eigen::VectorXcd values = semiImplicitMap(J, positions, dt).eigenvalues();
   for (const Complex& value : values) {
     if (std::abs(value - 1.0) < kNeutralRate * dt) continue;
-    if (std::abs(value) > 1.0 + kGrowthTolerance) return false;
+    if (std::abs(value) > std::exp(1.1 * growth * dt) + kGrowthTolerance) return false;
   }
   return true;
 }
 
-double semiImplicitLimit(const MatrixXd& J, int positions) {
+double semiImplicitLimit(const MatrixXd& J, int positions, double growth) {
   double low = 0.0;
   constexpr double kRatio = 1.25;
   for (double dt = 1e-7; dt <= kLongestStep * kRatio; dt *= kRatio) {
-    if (semiImplicitHolds(J, positions, dt)) {
+    if (semiImplicitHolds(J, positions, growth, dt)) {
       low = dt;
       continue;
     }
     double high = dt;
     for (int i = 0; i < 12; ++i) {
       const double middle = 0.5 * (low + high);
-      (semiImplicitHolds(J, positions, middle) ? low : high) = middle;
+      (semiImplicitHolds(J, positions, growth, middle) ? low : high) = middle;
     }
     return low;
   }
@@ -166,7 +167,7 @@ void bound(const MatrixXd& J, const Linearisation& linearisation, StabilityCerti
   std::array<double, kIntegratorCount> limit;
   limit.fill(kLongestStep);
   std::array<std::string, kIntegratorCount> worst;
-  double fastest = 0.0;
+  double fastest = 0.0, growth = 0.0;
   for (int i = 0; i < J.rows(); ++i) {
     Complex value = solver.eigenvalues()[i];
     const double rate = std::abs(value);
@@ -187,7 +188,10 @@ void bound(const MatrixXd& J, const Linearisation& linearisation, StabilityCerti
     mode.name = linearisation.name(coordinate);
     certificate.modes.push_back(mode);
     // A mode that grows by itself (a vehicle about to tip) is physics, not the step's fault.
-    if (value.real() > 0.0) continue;
+    if (value.real() > 0.0) {
+      growth = std::max(growth, value.real());
+      continue;
+    }
     const double explicit_limit = -2.0 * value.real() / (rate * rate);
     const double rk4 = rk4Limit(value / rate) / rate;
     if (explicit_limit < limit[0]) {
@@ -203,7 +207,7 @@ void bound(const MatrixXd& J, const Linearisation& linearisation, StabilityCerti
       worst[1] = describe(mode);
     }
   }
-  limit[1] = semiImplicitLimit(J, linearisation.positions());
+  limit[1] = semiImplicitLimit(J, linearisation.positions(), growth);
   for (int i = 0; i < kIntegratorCount; ++i)
     if (limit[i] < certificate.largest_step[i] || certificate.worst[i].empty()) {
       certificate.largest_step[i] = std::min(limit[i], certificate.largest_step[i]);

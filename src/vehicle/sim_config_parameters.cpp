@@ -70,7 +70,11 @@ ParameterTable<SimConfig> simConfigParameters() {
           "brush_length", "m", 1e-4, 10.0, &C::brush_length,
           "Relaxation length of a tyre's patch: slip stiffness is tangential_stiffness times this. Not given: "
           "derived for each wheel, and logged."),
+      numberParameter("relaxation_time", "s", 1e-6, 10.0, &C::relaxation_time,
+                      "Shortest time in which a rolling patch forgets. Not given: two ticks."),
       // Vehicle.
+      flagParameter("allow_no_wheels", &C::allow_no_wheels,
+                    "A vehicle without ground wheels is meant to have none (a ball); otherwise it is refused."),
       flagParameter("solid_compound", &C::solid_compound,
                     "Lock every joint: one rigid body, whose wheels are treads that turn without mass."),
       choiceParameter<C, Differential>(

@@ -104,6 +104,7 @@ std::uint64_t hashOf(const VehicleState& state) {
   hash.add(static_cast<std::uint64_t>(drive.mode));
   hash.add(static_cast<std::uint64_t>(drive.has_command));
   hash.add(static_cast<std::uint64_t>(drive.command_age));
+  hash.add(static_cast<std::uint64_t>(drive.command.kind));
   hash.add(drive.command.speed);
   hash.add(drive.command.yaw_rate);
   hash.add(drive.command.steering_angle);

@@ -25,9 +25,10 @@ struct Row {
   double zeta, contact_time, restitution;  // omega_0 t_c, e
 };
 
-const Row kRows[] = {{0.0, 3.141593, 1.0},      {0.05, 3.045360, 0.858758}, {0.1, 2.956075, 0.744079}, {0.2, 2.795354, 0.571740},
-                     {0.3, 2.654475, 0.450975}, {0.5, 2.418399, 0.298436},  {0.7, 2.227562, 0.210285}, {1.0, 2.0, 0.135335},
-                     {1.5, 1.721636, 0.075588}, {3.0, 1.246450, 0.023770}};
+const Row kRows[] = {{0.0, 3.141593, 1.0},      {0.05, 3.045360, 0.858758}, {0.1, 2.956075, 0.744079},
+                     {0.2, 2.795354, 0.571740}, {0.3, 2.654475, 0.450975},  {0.5, 2.418399, 0.298436},
+                     {0.7, 2.227562, 0.210285}, {1.0, 2.0, 0.135335},       {1.5, 1.721636, 0.075588},
+                     {3.0, 1.246450, 0.023770}};
 
 TEST(Bounce, ClosedFormIsThatOfTheTable) {
   for (const Row& row : kRows) {
@@ -40,13 +41,15 @@ TEST(Bounce, ClosedFormIsThatOfTheTable) {
 }
 
 TEST(Bounce, GivesBackTheSpeedAndLastsAsTheClosedFormSays) {
-  // h = omega dt = 0.002. Where the force jumps (c v at touch) a step is half right: c v dt / m = 2 zeta h v at most, twice.
+  // h = omega dt = 0.002. Where the force jumps (c v at touch) a step is half right: c v dt / m = 2 zeta h v at most,
+  // twice.
   constexpr double kDt = 1e-5;
   const double h = kOmega * kDt;
   for (const IntegratorKind kind : {IntegratorKind::kSemiImplicitEuler, IntegratorKind::kRk4})
     for (const Row& row : kRows) {
       const Bounce b = bounceOf(springConfig(kind, kDt, kStiffness, dampingOf(row.zeta)), 1e-3);
-      EXPECT_NEAR(b.exit_speed / kSpeed, row.restitution, 2.0 * row.zeta * h + h * h) << toString(kind) << " zeta " << row.zeta;
+      EXPECT_NEAR(b.exit_speed / kSpeed, row.restitution, 2.0 * row.zeta * h + h * h)
+          << toString(kind) << " zeta " << row.zeta;
       // Both ends fall inside a step; where damping is strong the release itself is late by part of one.
       EXPECT_NEAR(b.contact_time, row.contact_time / kOmega, 3.0 * kDt) << toString(kind) << " zeta " << row.zeta;
     }
@@ -75,8 +78,9 @@ struct Phases {
 };
 
 // Source: notation.h [OscillatorErrors], last line: these are what the method can do, h = 0.2 and 0.05.
-const Phases kPhases[] = {{0.0, 1e-3, 0.44e-2, 0.22e-2},     {0.1, 1e-3, 1.7e-2, 1.1e-2},     {0.3, 1e-3, 3.5e-2, 1.9e-2},
-                          {0.0, 2.5e-4, 0.018e-2, 0.010e-2}, {0.1, 2.5e-4, 0.42e-2, 0.25e-2}, {0.3, 2.5e-4, 0.89e-2, 0.45e-2}};
+const Phases kPhases[] = {{0.0, 1e-3, 0.44e-2, 0.22e-2},   {0.1, 1e-3, 1.7e-2, 1.1e-2},
+                          {0.3, 1e-3, 3.5e-2, 1.9e-2},     {0.0, 2.5e-4, 0.018e-2, 0.010e-2},
+                          {0.1, 2.5e-4, 0.42e-2, 0.25e-2}, {0.3, 2.5e-4, 0.89e-2, 0.45e-2}};
 
 TEST(Bounce, ErrorAtAnyPhaseIsWithinTheMethodsOwn) {
   for (const Phases& row : kPhases)
@@ -116,7 +120,8 @@ TEST(Bounce, IsTheSameAtEverySpeedWithoutGravity) {
   // The law is linear: speeds scale, times do not.
   for (const double speed : {1e-3, 0.1, 20.0}) {
     const double dt = 1e-5;
-    const Bounce b = bounceOf(springConfig(IntegratorKind::kRk4, dt, kStiffness, dampingOf(0.1)), 0.5 * speed * dt, speed);
+    const Bounce b =
+        bounceOf(springConfig(IntegratorKind::kRk4, dt, kStiffness, dampingOf(0.1)), 0.5 * speed * dt, speed);
     EXPECT_NEAR(b.exit_speed / speed, 0.744079, 5e-4) << speed;
   }
 }

@@ -44,7 +44,7 @@ Rolling rolled(IntegratorKind kind, double speed, double slip_along, double slip
   const Vector3d arm(0.0, 0.0, -kRadius);
   const Vector3d turning = simulator.rootAngularVelocity_W().cross(arm);
   const Vector3d slip = simulator.rootVelocity_W() + turning;
-  return {force.friction_W.dot(along),  force.friction_W.dot(across), force.normal,
+  return {force.friction_W.dot(along),      force.friction_W.dot(across),      force.normal,
           slip.dot(along) / turning.norm(), slip.dot(across) / turning.norm(), force.sliding > 0};
 }
 
@@ -56,7 +56,8 @@ TEST(Brush, CorneringForceIsStiffnessTimesTheTangentOfTheSlipAngle) {
     for (const double angle : {0.001, 0.01, 0.05, 0.1, 0.2}) {
       const Rolling r = rolled(kind, 20.0, 0.0, std::tan(angle));
       ASSERT_FALSE(r.sliding);
-      EXPECT_NEAR(r.friction_across, -kC * r.slip_across, kThreeDigits * kC * std::tan(angle)) << toString(kind) << " " << angle;
+      EXPECT_NEAR(r.friction_across, -kC * r.slip_across, kThreeDigits * kC * std::tan(angle))
+          << toString(kind) << " " << angle;
       EXPECT_NEAR(r.slip_across, std::tan(angle), 2e-3 * std::tan(angle) + 1e-6);
     }
 }

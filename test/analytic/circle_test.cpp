@@ -10,7 +10,8 @@ using Eigen::Vector3d;
 
 constexpr double kDegree = M_PI / 180.0;
 
-/// Means over whole samples of a steady circle: speed of the rear axle's middle, of the centre of mass, yaw rate, side slip.
+/// Means over whole samples of a steady circle: speed of the rear axle's middle, of the centre of mass, yaw rate, side
+/// slip.
 struct Circle {
   double rear_speed = 0.0, speed = 0.0, yaw_rate = 0.0, side_slip = 0.0;
 };
@@ -44,7 +45,8 @@ Circle circleOf(Simulator& simulator, const CarShape& shape, const BicycleModel&
   for (int i = 0; i < samples; ++i) {
     drive(simulator, command, seconds / samples);
     const Vector3d w = simulator.rootAngularVelocity_W(), v = simulator.rootVelocity_W();
-    const Vector3d forward = simulator.rootPose().q * Vector3d::UnitX(), left = simulator.rootPose().q * Vector3d::UnitY();
+    const Vector3d forward = simulator.rootPose().q * Vector3d::UnitX(),
+                   left = simulator.rootPose().q * Vector3d::UnitY();
     const auto velocityAt = [&](double x) { return Vector3d(v + w.cross(x * forward)); };
     const Vector3d v_cm = velocityAt(shape.rear + bicycle.rear);
     sum.rear_speed += velocityAt(shape.rear).dot(forward) / samples;
@@ -56,8 +58,9 @@ Circle circleOf(Simulator& simulator, const CarShape& shape, const BicycleModel&
 }
 
 TEST(Circle, AtLowSpeedTheAxlesSayWhereTheCarGoes) {
-  // 2 m/s, 5 degrees: 0.13 m/s^2 aside, a tyre slip of 1e-3 rad on both axles alike, which cancels in the yaw rate of this
-  // balanced car to first order; the wheels' scrub about their own patch and the drive's slip leave less than 1e-3.
+  // 2 m/s, 5 degrees: 0.13 m/s^2 aside, a tyre slip of 1e-3 rad on both axles alike, which cancels in the yaw rate of
+  // this balanced car to first order; the wheels' scrub about their own patch and the drive's slip leave less than
+  // 1e-3.
   const CarShape shape;
   for (const IntegratorKind kind : {IntegratorKind::kSemiImplicitEuler, IntegratorKind::kRk4})
     for (const double sign : {1.0, -1.0}) {
@@ -87,6 +90,30 @@ TEST(Circle, ATwistOfSpeedAndYawRateIsFollowed) {
   EXPECT_NEAR(c.yaw_rate, 0.3, 0.003);
 }
 
+TEST(Circle, ASkidSteerTurnsInPlaceByTheShareOfItsTrackInItsDiagonal) {
+  // Four wheels of equal slip stiffness at (+-l/2, +-t/2), their treads asked for the yaw rate w_c: each slips by
+  // (w_c - w) t / 2 along and w l / 2 across, the forces are in proportion, and their moments balance at
+  // w = w_c t^2 / (t^2 + l^2). Loads of a symmetric vehicle do not matter below the cone; nothing else is left out.
+  CarShape shape;
+  shape.steering = shape.suspension = false;
+  shape.height = 0.1;
+  for (const IntegratorKind kind : {IntegratorKind::kSemiImplicitEuler, IntegratorKind::kRk4})
+    for (const double half_base : {0.4, 1.3}) {
+      shape.front = half_base;
+      shape.rear = -half_base;
+      SimConfig config;
+      config.integrator = kind;
+      Simulator simulator = make(car(shape), flatFloor(), config);
+      standAt(simulator, 0.0, 0.0, 0.3);
+      drive(simulator, twist(0.0, 0.5), 6.0);
+      const double t = 2.0 * shape.half_track, l = 2.0 * half_base;
+      const double expected = 0.5 * t * t / (t * t + l * l);
+      EXPECT_NEAR(simulator.rootAngularVelocity_W().z(), expected, 2e-3 * expected) << toString(kind) << " l " << l;
+      EXPECT_NEAR(simulator.encoderYawRate(), 0.5, 1e-3);
+      EXPECT_LT(simulator.rootPose().p.head<2>().norm(), 1e-6);
+    }
+}
+
 /// Yaw rate over v delta / L, measured and by the formula for linear tyres of C = k_t l each.
 void expectLinearTyres(double front, double rear, double speed) {
   CarShape shape;
@@ -108,8 +135,8 @@ void expectLinearTyres(double front, double rear, double speed) {
   const double L = b.wheelbase(), v = c.rear_speed;
   const double K = b.mass / L * (b.rear / axle[1] - b.front / axle[0]);
   const double expected = v * delta / (L + K * v * v);
-  // Load moves to the outer wheels, but a linear tyre's stiffness does not follow its load. Left out by the formula: the
-  // drive's own slip, roll, and squares of the angles; together below 1 %.
+  // Load moves to the outer wheels, but a linear tyre's stiffness does not follow its load. Left out by the formula:
+  // the drive's own slip, roll, and squares of the angles; together below 1 %.
   EXPECT_NEAR(c.yaw_rate, expected, 0.01 * expected) << "v " << v << ", K v^2 / L " << K * v * v / L;
   const double side_slip = (b.rear - b.front * b.mass * v * v / (L * axle[1])) * expected / v;
   EXPECT_NEAR(c.side_slip, side_slip, 0.02 * std::abs(side_slip) + 1e-4);

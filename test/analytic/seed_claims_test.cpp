@@ -1,4 +1,5 @@
-// What the article this simulator starts from says of its physics, each claim in numbers. Source: notation.h [CarPhysics].
+// What the article this simulator starts from says of its physics, each claim in numbers. Source: notation.h
+// [CarPhysics].
 #include <gtest/gtest.h>
 
 #include "ellipsoid_vehicle_sim/contact/damped_spring.h"
@@ -32,38 +33,48 @@ TEST(SeedClaims, EulerDriftsOnTheUndampedSpringAndRungeKuttaDoesNot) {
 }
 
 TEST(SeedClaims, RungeKuttaBeatsEulerWithAQuarterOfTheStep) {
-  // The same number of evaluations; over one period the source finds 2e3 (explicit) in the error of the whole state. Of the
-  // amplitude alone RK4 keeps h^6 / 144 a step against h^2 / 2.
+  // The same number of evaluations; over one period the source finds 2e3 (explicit) in the error of the whole state. Of
+  // the amplitude alone RK4 keeps h^6 / 144 a step against h^2 / 2.
   const double euler = std::abs(amplitudeAfter(IntegratorKind::kExplicitEuler, 0.25e-3, 1.0) - 1.0);
   const double rk4 = std::abs(amplitudeAfter(IntegratorKind::kRk4, 1e-3, 1.0) - 1.0);
   EXPECT_GT(euler / rk4, 2e3);
 }
 
-/// Rebounds of the same collision over all phases of the first touch: largest less smallest exit speed, over the mean.
-double spreadOfRebounds(IntegratorKind kind, double zeta) {
-  constexpr double kMass = 250.0, kStiffness = 1e7, kRadius = 0.5, kSpeed = 10.0, kDt = 1e-3;
+/// Rebounds of the same collision over all phases of the first touch, over the incoming speed.
+struct Rebounds {
+  double mean = 0.0, spread = 0.0;  // spread: largest less smallest
+};
+
+/// A quarter of a ton on 5e7 N/m ("in the 10's of millions") at 1 ms: h = 0.45, seven steps in contact.
+Rebounds rebounds(IntegratorKind kind, double zeta) {
+  constexpr double kMass = 250.0, kStiffness = 5e7, kRadius = 0.5, kSpeed = 10.0, kDt = 1e-3;
   Simulator simulator = make(solidBody(Vector3d::Constant(kRadius), kMass), flatFloor(),
                              springConfig(kind, kDt, kStiffness, 2.0 * zeta * std::sqrt(kStiffness * kMass)));
-  double low = 1e300, high = 0.0, sum = 0.0;
+  double low = 1e300, high = 0.0;
+  Rebounds result;
   constexpr int kCount = 100;
   for (int i = 0; i < kCount; ++i) {
     placeAt(simulator, {0.0, 0.0, kRadius + kSpeed * kDt * (1.0 + (i + 0.5) / kCount)}, {0.0, 0.0, -kSpeed});
-    const double exit = bounce(simulator).exit_speed;
+    const double exit = bounce(simulator).exit_speed / kSpeed;
     low = std::min(low, exit);
     high = std::max(high, exit);
-    sum += exit / kCount;
+    result.mean += exit / kCount;
   }
-  return (high - low) / sum;
+  result.spread = high - low;
+  return result;
 }
 
 TEST(SeedClaims, TheSameCollisionBouncesDifferentlyWithEulerAndLessSoWithRungeKutta) {
+  // Measured spreads, explicit Euler / RK4: 0.090 / 0.003 without damping, 0.11 / 0.044 at zeta = 0.1, 0.20 / 0.079 at
+  // 0.3. Touch-down and lift-off fall inside a step for RK4 too, and damping makes the force jump there: where there is
+  // any, the spread shrinks by a factor of two and a half, not of a thousand. What RK4 does cure is the bias.
   for (const double zeta : {0.0, 0.1, 0.3}) {
-    const double euler = spreadOfRebounds(IntegratorKind::kExplicitEuler, zeta);
-    const double rk4 = spreadOfRebounds(IntegratorKind::kRk4, zeta);
-    RecordProperty("spread_zeta_" + std::to_string(static_cast<int>(10 * zeta)), std::to_string(euler) + " " + std::to_string(rk4));
-    EXPECT_GT(euler, 0.03) << zeta;
-    // Touch-down and lift-off fall inside a step for RK4 too: a factor of a few, not a thousand.
-    EXPECT_LT(rk4, 0.6 * euler) << zeta << ": " << rk4 << " against " << euler;
+    const Rebounds euler = rebounds(IntegratorKind::kExplicitEuler, zeta), rk4 = rebounds(IntegratorKind::kRk4, zeta);
+    const double exact = bounceOfDampedSpring(zeta).restitution;
+    EXPECT_GT(euler.spread, 0.05) << zeta;
+    EXPECT_LT(rk4.spread, 0.5 * euler.spread) << zeta << ": " << rk4.spread << " against " << euler.spread;
+    EXPECT_GT(euler.mean - exact, 0.3) << zeta;
+    EXPECT_NEAR(rk4.mean, exact, 2e-3) << zeta;
   }
 }
 
@@ -79,6 +90,9 @@ struct RugbyBall {
     config.gravity = 9.81;
     config.contact_time = 5e-3;
     config.restitution = kRestitution;
+    // The article's own friction, strong enough to stop the sliding within a fifth of the touch.
+    config.body_friction = FrictionMode::kViscous;
+    config.viscous_friction = 2000.0;
     config.mu_static = config.mu_kinetic = mu;
     Simulator simulator = make(solidBody({kLong, kShort, kShort}, kMass), flatFloor(), config);
     const Eigen::Quaterniond q(Eigen::AngleAxisd(tilt, Vector3d::UnitY()));
@@ -91,29 +105,30 @@ struct RugbyBall {
   }
 };
 
-constexpr double kTilt = M_PI / 6.0;
+constexpr double kTilt = M_PI / 6.0, kMu = 2.0;
 
 TEST(SeedClaims, ATiltedRugbyBallTurnsItsFallIntoSidewaysMotionAndSpin) {
-  // As one instantaneous impulse (J_x, J_z) at the lever arm (a_x, a_z) that stops the sliding and returns the fraction e of
-  // the normal speed: [u_x; u_z] = K J, K = 1/m + arms^2 / I. The spin is w_y = (a_z J_x - a_x J_z) / I.
+  // As one instantaneous impulse (J_x, J_z) at the lever arm (a_x, a_z) that stops the sliding and returns the fraction
+  // e of the normal speed: [u_x; u_z] = K J, K = 1/m + arms^2 / I. The spin is w_y = (a_z J_x - a_x J_z) / I.
   const double m = RugbyBall::kMass;
   const double I = m / 5.0 * (RugbyBall::kLong * RugbyBall::kLong + RugbyBall::kShort * RugbyBall::kShort);
   const double fall = std::sqrt(2.0 * 9.81 * RugbyBall::kDrop);
   for (const IntegratorKind kind : {IntegratorKind::kSemiImplicitEuler, IntegratorKind::kRk4})
     for (const double sign : {1.0, -1.0}) {
-      const RugbyBall ball(sign * kTilt, 0.9, kind);
+      const RugbyBall ball(sign * kTilt, kMu, kind);
       const double ax = ball.arm.x(), az = ball.arm.z();
       Eigen::Matrix2d K;
       K << 1.0 / m + az * az / I, -ax * az / I, -ax * az / I, 1.0 / m + ax * ax / I;
       const Eigen::Vector2d J = K.inverse() * Eigen::Vector2d(0.0, (1.0 + RugbyBall::kRestitution) * fall);
       const double sideways = J.x() / m, spin = (az * J.x() - ax * J.y()) / I;
+      ASSERT_LT(std::abs(J.x()), kMu * J.y()) << "inside the cone";
       ASSERT_GT(std::abs(sideways), 0.3);
-      // Sign and order of magnitude: the ball turns during the touch, the anchor gives back part of its stretch, and the
-      // spring's restitution is that of the mass it was derived for.
-      EXPECT_GT(ball.velocity.x() / sideways, 0.4) << toString(kind) << ": " << ball.velocity.x() << " of " << sideways;
-      EXPECT_LT(ball.velocity.x() / sideways, 2.5) << toString(kind) << ": " << ball.velocity.x() << " of " << sideways;
-      EXPECT_GT(ball.spin.y() / spin, 0.4) << toString(kind) << ": " << ball.spin.y() << " of " << spin;
-      EXPECT_LT(ball.spin.y() / spin, 2.5) << toString(kind) << ": " << ball.spin.y() << " of " << spin;
+      // Sign and magnitude: the ball turns by some degrees during the touch, and the spring's restitution is that of
+      // the smallest mass it can feel, not of this one.
+      EXPECT_GT(ball.velocity.x() / sideways, 0.6) << toString(kind) << ": " << ball.velocity.x() << " of " << sideways;
+      EXPECT_LT(ball.velocity.x() / sideways, 1.6) << toString(kind) << ": " << ball.velocity.x() << " of " << sideways;
+      EXPECT_GT(ball.spin.y() / spin, 0.6) << toString(kind) << ": " << ball.spin.y() << " of " << spin;
+      EXPECT_LT(ball.spin.y() / spin, 1.6) << toString(kind) << ": " << ball.spin.y() << " of " << spin;
       EXPECT_NEAR(ball.velocity.y(), 0.0, 1e-9);
       EXPECT_NEAR(ball.spin.x(), 0.0, 1e-9);
     }
@@ -135,13 +150,14 @@ TEST(SeedClaims, WithoutFrictionTheBallSpinsButStaysAboveItsPlace) {
 }
 
 TEST(SeedClaims, CollisionsOfATonLastMillisecondsAndSinkCentimetres) {
-  // Stiffness "in the 10's of millions": half a period pi sqrt(m / k) at every speed, v sqrt(m / k) deep. Where that is less
-  // than the half width the spring stops it; the article's hundreds of m/s would sink a metre and go through.
+  // Stiffness "in the 10's of millions": half a period pi sqrt(m / k) at every speed, v sqrt(m / k) deep. Where that is
+  // less than the half width the spring stops it; the article's hundreds of m/s would sink a metre and go through.
   constexpr double kMass = 1000.0, kStiffness = 5e7, kRadius = 0.5;
   const double omega = std::sqrt(kStiffness / kMass);
   for (const IntegratorKind kind : {IntegratorKind::kSemiImplicitEuler, IntegratorKind::kRk4})
     for (const double speed : {5.0, 20.0, 50.0, 100.0}) {
-      Simulator simulator = make(solidBody(Vector3d::Constant(kRadius), kMass), flatFloor(), springConfig(kind, 1e-3, kStiffness, 0.0));
+      Simulator simulator =
+          make(solidBody(Vector3d::Constant(kRadius), kMass), flatFloor(), springConfig(kind, 1e-3, kStiffness, 0.0));
       placeAt(simulator, {0.0, 0.0, kRadius + 0.01}, {0.0, 0.0, -speed});
       const Bounce b = bounce(simulator);
       EXPECT_NEAR(b.contact_time, M_PI / omega, 2e-3);

@@ -12,9 +12,9 @@ constexpr double kMass = 10.0, kRadius = 0.35, kFriction = 100.0, kSpeed = 5.0, 
 constexpr double kInertia = 0.4 * kMass * kRadius * kRadius;
 constexpr double kLambda = kFriction * (1.0 / kMass + kRadius * kRadius / kInertia);
 
-/// Contact with damping ratio one; the ball comes down at the speed at which the damper alone carries it, so that the floor
-/// pushes with m g or a little more from the first touch on, and the cone is never narrower than at rest. The contact's
-/// frequency times the step is 0.1 where steps are short, and 0.3 at 1 ms.
+/// Contact with damping ratio one; the ball comes down at the speed at which the damper alone carries it, so that the
+/// floor pushes with m g or a little more from the first touch on, and the cone is never narrower than at rest. The
+/// contact's frequency times the step is 0.1 where steps are short, and 0.3 at 1 ms.
 Simulator thrown(IntegratorKind kind, double dt, double mu, FrictionMode mode = FrictionMode::kViscous) {
   const double stiffness = dt < 5e-4 ? 1e7 : 1e6;
   const double damping = 2.0 * std::sqrt(stiffness * kMass);
@@ -84,7 +84,10 @@ TEST(SlidingToRolling, EveryFrictionEndsInTheSameRolling) {
 TEST(SlidingToRolling, LosesTheEnergyOfTheSlip) {
   // 1/2 u0^2 m I / (I + m R^2); the fall onto the floor is not counted.
   Simulator simulator = thrown(IntegratorKind::kRk4, 1e-3, 10.0);
-  const auto kinetic = [&] { return 0.5 * kMass * speedOf(simulator) * speedOf(simulator) + 0.5 * kInertia * spinOf(simulator) * spinOf(simulator); };
+  const auto kinetic = [&] {
+    return 0.5 * kMass * speedOf(simulator) * speedOf(simulator) +
+           0.5 * kInertia * spinOf(simulator) * spinOf(simulator);
+  };
   const double before = kinetic();
   run(simulator, 2.0);
   const double lost = 0.5 * kSpeed * kSpeed * kMass * kInertia / (kInertia + kMass * kRadius * kRadius);
@@ -98,8 +101,8 @@ TEST(SlidingToRolling, TheCapBoundsTheForceUntilTheSlipIsSmall) {
   Simulator simulator = thrown(IntegratorKind::kRk4, kDt, kMu);
   const double vz0 = simulator.rootVelocity_W().z();
   run(simulator, 0.01);
-  // What the floor pushed is gravity's share plus the change of the vertical speed, exactly: the friction is mu times that,
-  // but for the step of first touch, 2 mu g dt at most.
+  // What the floor pushed is gravity's share plus the change of the vertical speed, exactly: the friction is mu times
+  // that, but for the step of first touch, 2 mu g dt at most.
   double pushed = kGravity * 0.01 + simulator.rootVelocity_W().z() - vz0;
   EXPECT_NEAR(speedOf(simulator), kSpeed - kMu * pushed, 2.0 * kMu * kGravity * kDt);
   const double v1 = speedOf(simulator), u1 = slipOf(simulator), vz1 = simulator.rootVelocity_W().z();
@@ -128,7 +131,8 @@ TEST(SlidingToRolling, ALockedBodyStopsAfterMassTimesSpeedOverFriction) {
   run(simulator, 0.2);
   const double v1 = speedOf(simulator), x1 = simulator.rootPose().p.x();
   run(simulator, 3.0);
-  // The feet pitch the block a little as they brake it, and it comes up again: its height times that angle, below 1e-5 m.
+  // The feet pitch the block a little as they brake it, and it comes up again: its height times that angle, below 1e-5
+  // m.
   EXPECT_NEAR(simulator.rootPose().p.x() - x1, kMass * v1 / 100.0, 1e-5);
   EXPECT_LT(std::abs(speedOf(simulator)), 1e-6);
 }

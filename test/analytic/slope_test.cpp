@@ -90,7 +90,8 @@ TEST(Slope, ViscousFrictionCreepsWithTheWeightOverItsCoefficient) {
     placeOn(simulator, slope, 0.1);
     run(simulator, 4.0);
     // exp(-80) is left of the transient; of the block's rocking, rounding.
-    EXPECT_NEAR(simulator.rootVelocity_W().dot(downhill(slope)), mass * kGravity * std::sin(slope) / f, 1e-7) << toString(kind);
+    EXPECT_NEAR(simulator.rootVelocity_W().dot(downhill(slope)), mass * kGravity * std::sin(slope) / f, 1e-7)
+        << toString(kind);
   }
 }
 
@@ -101,8 +102,8 @@ TEST(Slope, ABallRollsWithFiveSevenths) {
       Simulator simulator = make(solidBody(Vector3d::Constant(0.35), 10.0), plane(slope), slopeConfig(kind, mode, 0.8));
       placeOn(simulator, slope, 0.35);
       run(simulator, 1.0);
-      // An anchor that rolls along is a constant force. A brush gives way: its slip is force / C of the speed and grows with
-      // it, so the ball's own centre is that fraction faster than rolling, and its spin slower.
+      // An anchor that rolls along is a constant force. A brush gives way: its slip is force / C of the speed and grows
+      // with it, so the ball's own centre is that fraction faster than rolling, and its spin slower.
       const double expected = 5.0 / 7.0 * kGravity * std::sin(slope);
       const ContactLaw& law = simulator.model().ellipsoids[0].law;
       const double slip = 2.0 / 7.0 * 10.0 * kGravity * std::sin(slope) / (law.tangential_stiffness * law.brush_length);

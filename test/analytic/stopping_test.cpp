@@ -40,14 +40,16 @@ TEST(Stopping, ASlidingBlockStopsAfterSpeedSquaredOverTwoMuG) {
         Simulator simulator = make(fourFeet(50.0, 0.5, 0.4, 0.1), flatFloor(2000.0), stoppingConfig(kind, mode));
         placeAt(simulator, {0.0, 0.0, 0.1 + 1e-9}, {speed, 0.0, 0.0});
         const double expected = speed * speed / (2.0 * kMu * kGravity);
-        EXPECT_NEAR(distanceToStop(simulator, 20.0), expected, 3e-4 * expected) << toString(kind) << " " << speed << " m/s";
+        EXPECT_NEAR(distanceToStop(simulator, 20.0), expected, 3e-4 * expected)
+            << toString(kind) << " " << speed << " m/s";
       }
 }
 
 TEST(Stopping, TheDirectionMakesNoDifference) {
   for (int i = 0; i < 12; ++i) {
     const double heading = 2.0 * M_PI * i / 12.0 + 0.1;
-    Simulator simulator = make(fourFeet(50.0), flatFloor(2000.0), stoppingConfig(IntegratorKind::kSemiImplicitEuler, FrictionMode::kAnchored));
+    Simulator simulator = make(fourFeet(50.0), flatFloor(2000.0),
+                               stoppingConfig(IntegratorKind::kSemiImplicitEuler, FrictionMode::kAnchored));
     placeAt(simulator, {0.0, 0.0, 0.1 + 1e-9}, 30.0 * Vector3d(std::cos(heading), std::sin(heading), 0.0));
     const double expected = 900.0 / (2.0 * kMu * kGravity);
     EXPECT_NEAR(distanceToStop(simulator, 10.0), expected, 3e-4 * expected) << i;
@@ -55,8 +57,8 @@ TEST(Stopping, TheDirectionMakesNoDifference) {
 }
 
 TEST(Stopping, ACarWithAllWheelsLockedStopsTheSame) {
-  // Load moves to the front wheels, but they all slide with the same mu. The car starts at its springs' rest, dives, and
-  // comes back: its centre of mass then stands where it should but for the pitch that is left.
+  // Load moves to the front wheels, but they all slide with the same mu. The car starts at its springs' rest, dives,
+  // and comes back: its centre of mass then stands where it should but for the pitch that is left.
   for (const IntegratorKind kind : {IntegratorKind::kSemiImplicitEuler, IntegratorKind::kRk4}) {
     SimConfig config = stoppingConfig(kind, FrictionMode::kAnchored);
     config.max_deceleration = 60.0;  // brakes far beyond what the ground can hold

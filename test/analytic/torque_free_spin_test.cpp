@@ -77,7 +77,7 @@ TEST(TorqueFreeSpin, EulerConvergesToTheSameMotionWithOrderOne) {
       error[i] = (bodyRates(simulator) - kCases[0].w7).norm();
       EXPECT_NEAR(simulator.rootPose().q.norm(), 1.0, 1e-15);
     }
-    EXPECT_LT(error[0], 0.02);
+    EXPECT_LT(error[0], 0.05);  // half a step of rates that change by 1.3 a second, for 7 s
     EXPECT_NEAR(std::log2(error[0] / error[1]), 1.0, 0.1) << toString(kind);
   }
 }

@@ -1,7 +1,9 @@
 // Whole steps of the whole simulator, one core, 1 kHz.
-//   drop:  one 1000 kg body of five ellipsoids (chassis 2.0 x 0.8 x 0.5 m, wheels 0.35 x 0.12 x 0.35 m at (+-1.3, +-0.75, -0.4))
+//   drop:  one 1000 kg body of five ellipsoids (chassis 2.0 x 0.8 x 0.5 m, wheels 0.35 x 0.12 x 0.35 m at (+-1.3,
+//   +-0.75, -0.4))
 //          from 1 m onto 800 flat triangles, 5 s.
-//   drive: a 1200 kg car, the same wheels, suspension 25 kN/m and 2 kN s/m, steering, wheel spin, friction 1, at 15 m/s over
+//   drive: a 1200 kg car, the same wheels, suspension 25 kN/m and 2 kN s/m, steering, wheel spin, friction 1, at 15 m/s
+//   over
 //          316 x 316 cells of 1 m (199,712 triangles), a sum of sines to 0.5 m, 20 s.
 // Loading and set-down are not measured; the run-up to 15 m/s of `drive` neither. Counter us_per_step, in CPU time.
 #include <benchmark/benchmark.h>
@@ -56,7 +58,8 @@ void drop(benchmark::State& state, IntegratorKind integrator, ContactsPerEllipso
 }
 
 double sumOfSines(double x, double y) {
-  return 0.2 * std::sin(0.21 * x) + 0.15 * std::sin(0.33 * y + 1.0) + 0.1 * std::sin(0.5 * x + 0.3 * y) + 0.05 * std::sin(0.8 * x - 0.6 * y);
+  return 0.2 * std::sin(0.21 * x) + 0.15 * std::sin(0.33 * y + 1.0) + 0.1 * std::sin(0.5 * x + 0.3 * y) +
+         0.05 * std::sin(0.8 * x - 0.6 * y);
 }
 
 void driveOverHills(benchmark::State& state, IntegratorKind integrator, ContactsPerEllipsoid contacts) {
@@ -84,13 +87,15 @@ void driveOverHills(benchmark::State& state, IntegratorKind integrator, Contacts
   reportPerStep(state, kSteps);
 }
 
-#define VARIANTS(function)                                                                                              \
-  BENCHMARK_CAPTURE(function, semi_implicit_one, IntegratorKind::kSemiImplicitEuler, ContactsPerEllipsoid::kOne)        \
-      ->Unit(benchmark::kMillisecond);                                                                                  \
-  BENCHMARK_CAPTURE(function, semi_implicit_valley, IntegratorKind::kSemiImplicitEuler, ContactsPerEllipsoid::kValley)  \
-      ->Unit(benchmark::kMillisecond);                                                                                  \
-  BENCHMARK_CAPTURE(function, rk4_one, IntegratorKind::kRk4, ContactsPerEllipsoid::kOne)->Unit(benchmark::kMillisecond); \
-  BENCHMARK_CAPTURE(function, rk4_valley, IntegratorKind::kRk4, ContactsPerEllipsoid::kValley)->Unit(benchmark::kMillisecond)
+#define VARIANTS(function)                                                                                             \
+  BENCHMARK_CAPTURE(function, semi_implicit_one, IntegratorKind::kSemiImplicitEuler, ContactsPerEllipsoid::kOne)       \
+      ->Unit(benchmark::kMillisecond);                                                                                 \
+  BENCHMARK_CAPTURE(function, semi_implicit_valley, IntegratorKind::kSemiImplicitEuler, ContactsPerEllipsoid::kValley) \
+      ->Unit(benchmark::kMillisecond);                                                                                 \
+  BENCHMARK_CAPTURE(function, rk4_one, IntegratorKind::kRk4, ContactsPerEllipsoid::kOne)                               \
+      ->Unit(benchmark::kMillisecond);                                                                                 \
+  BENCHMARK_CAPTURE(function, rk4_valley, IntegratorKind::kRk4, ContactsPerEllipsoid::kValley)                         \
+      ->Unit(benchmark::kMillisecond)
 
 VARIANTS(drop);
 VARIANTS(driveOverHills);

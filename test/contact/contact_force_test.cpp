@@ -43,10 +43,12 @@ TEST(ContactForce, NormalForceIsStiffnessTimesDepthPlusDampingTimesItsRate) {
 
 TEST(ContactForce, DamperLowersThePushToNothingAndNeverPulls) {
   // The spring's 10 kN are gone at 2 m/s of parting.
-  EXPECT_GT(contactForce(law(FrictionMode::kAnchored), kFriction, kUp, 0.01, 1.0, {0, 0, 1.9}, kNone, kNone).normal, 0.0);
+  EXPECT_GT(contactForce(law(FrictionMode::kAnchored), kFriction, kUp, 0.01, 1.0, {0, 0, 1.9}, kNone, kNone).normal,
+            0.0);
   for (const double speed : {2.0, 2.1, 10.0, 1e6})
     for (const FrictionMode mode : kModes) {
-      const ContactForce force = contactForce(law(mode), kFriction, kUp, 0.01, 1.0, {3.0, 0.0, speed}, kNone, {0.01, 0, 0});
+      const ContactForce force =
+          contactForce(law(mode), kFriction, kUp, 0.01, 1.0, {3.0, 0.0, speed}, kNone, {0.01, 0, 0});
       EXPECT_EQ(force.normal, 0.0) << speed;
       EXPECT_TRUE(force.friction_W.isZero(0.0)) << speed;
     }
@@ -84,7 +86,8 @@ TEST(ContactForce, FrictionOpposesTheSlipVectorAtEveryHeading) {
 }
 
 TEST(ContactForce, SlidingFrictionOpposesTheSlipVectorWhateverTheStretchWas) {
-  // Slides at each heading after having been stretched along x; the old stretch must be forgotten within a few of its lengths.
+  // Slides at each heading after having been stretched along x; the old stretch must be forgotten within a few of its
+  // lengths.
   for (int i = 0; i < 12; ++i) {
     const ContactLaw anchored = law(FrictionMode::kAnchored);
     const double dt = 1e-4, limit = kMu * 1e6 * 0.01;
@@ -178,7 +181,8 @@ ContactForce steadyBrush(double speed, double alpha) {
 }
 
 TEST(ContactForce, SteadyBrushHasTheCorneringStiffnessThenSlides) {
-  // C = k_t l = 2e4 N; the cone at 8 kN is reached at tan alpha = 0.4. Speeds on both sides of the knee l / tau = 50 m/s.
+  // C = k_t l = 2e4 N; the cone at 8 kN is reached at tan alpha = 0.4. Speeds on both sides of the knee l / tau = 50
+  // m/s.
   const double C = 2e5 * 0.1, limit = kMu * 1e6 * 0.01;
   for (const double speed : {0.5, 5.0, 40.0, 120.0})
     for (const double degrees : {0.1, 1.0, 5.0, 15.0, 20.0, 25.0, 60.0}) {

@@ -1,5 +1,5 @@
-// What the memory of the last accepted pose is for: one-sided triangles that an ellipsoid comes upon from behind, overlaps it
-// is spawned in, and contacts that jump. Source: notation.h [ContactDefinition], rule 6.
+// What the memory of the last accepted pose is for: one-sided triangles that an ellipsoid comes upon from behind,
+// overlaps it is spawned in, and contacts that jump. Source: notation.h [ContactDefinition], rule 6.
 #include <gtest/gtest.h>
 
 #include "support/contact_scenes.h"
@@ -37,8 +37,9 @@ TEST_P(MotionWithJump, SphereFromBehindKeepsItsEnergy) {
 }
 
 TEST_P(MotionWithJump, WithoutMemoryASphereFromBehindIsShotOut) {
-  // Half the stiffness times the depth squared at which the front is first seen: up to 10 cm, less up to a step's way, 50 kJ
-  // at most. Without damping, or the damper would eat part of it; explicit Euler then makes more of it, never less.
+  // Half the stiffness times the depth squared at which the front is first seen: up to 10 cm, less up to a step's way,
+  // 50 kJ at most. Without damping, or the damper would eat part of it; explicit Euler then makes more of it, never
+  // less.
   SimConfig free = frictionless(GetParam().integrator, GetParam().dt, GetParam().contacts, 0.0);
   free.gravity = 0.0;
   free.contact_memory = false;
@@ -119,9 +120,9 @@ TEST_P(MotionWithJump, WithoutMemoryASpawnedOverlapIsAnExplosion) {
 
 INSTANTIATE_TEST_SUITE_P(Settings, MotionWithJump, testing::ValuesIn(allContactSettings()), settingName);
 
-/// Work of the contact force on a wheel that is led round the edge of a table: down beside it, inwards below its top, where
-/// the shallow contact with the edge turns into the deep one with the face, and up again. Gained, where the face pushes back
-/// what the edge never took.
+/// Work of the contact force on a wheel that is led round the edge of a table: down beside it, inwards below its top,
+/// where the shallow contact with the edge turns into the deep one with the face, and up again. Gained, where the face
+/// pushes back what the edge never took.
 struct LoopResult {
   double work = 0.0;   ///< on the wheel [J].
   double creep = 0.0;  ///< what the release of slack may have added: its speed times the integral of the force [J].
@@ -139,7 +140,8 @@ LoopResult loopRoundAnEdge(const ContactOptions& options, double duration, doubl
     return f;
   };
   // Centre: above and outside, down, inwards, up. Far enough out that the way down touches the edge alone.
-  const std::vector<Vector3d> corners = {{0.05, 0.0, 0.40}, {0.05, 0.0, 0.35 - depth}, {-0.1, 0.0, 0.35 - depth}, {-0.1, 0.0, 0.40}, {0.05, 0.0, 0.40}};
+  const std::vector<Vector3d> corners = {
+      {0.05, 0.0, 0.40}, {0.05, 0.0, 0.35 - depth}, {-0.1, 0.0, 0.35 - depth}, {-0.1, 0.0, 0.40}, {0.05, 0.0, 0.40}};
   double length = 0.0;
   for (std::size_t i = 0; i + 1 < corners.size(); ++i) length += (corners[i + 1] - corners[i]).norm();
   const auto steps = static_cast<int>(std::llround(duration / dt));
@@ -153,7 +155,8 @@ LoopResult loopRoundAnEdge(const ContactOptions& options, double duration, doubl
     return corners.back();
   };
   LoopResult result;
-  // The thin side of the wheel rolls along the edge: its smallest radius of curvature there, 4.1 cm, is far below the depth.
+  // The thin side of the wheel rolls along the edge: its smallest radius of curvature there, 4.1 cm, is far below the
+  // depth.
   const Eigen::Matrix3d R = Eigen::AngleAxisd(M_PI / 2.0, Vector3d::UnitZ()).toRotationMatrix();
   Vector3d before = Vector3d::Zero();
   for (int i = 0; i <= steps; ++i) {

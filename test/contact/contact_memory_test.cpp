@@ -1,5 +1,5 @@
-// What the memory of the last accepted pose must not change: motions without a jump. Source: notation.h [ContactDefinition],
-// rule 6. What it is for is tested in contact_jump_test.cpp.
+// What the memory of the last accepted pose must not change: motions without a jump. Source: notation.h
+// [ContactDefinition], rule 6. What it is for is tested in contact_jump_test.cpp.
 #include <gtest/gtest.h>
 
 #include "support/contact_scenes.h"
@@ -55,8 +55,7 @@ class Twins {
       ADD_FAILURE() << "step " << i << ": slack " << a.slack << " m, contacts " << a.count << " and " << b.count
                     << ", triangles " << a.carried[0].triangle << " and " << b.carried[0].triangle << ", depths "
                     << a.carried[0].depth << " and " << b.carried[0].depth << " m, positions differ by "
-                    << (with_.position() - without_.position()).norm() << " m; at "
-                    << with_.position().transpose();
+                    << (with_.position() - without_.position()).norm() << " m; at " << with_.position().transpose();
       return false;
     }
     return true;
@@ -114,6 +113,45 @@ TEST_P(MotionWithoutJump, MemoryChangesNoBitOfDrivesOverBends) {
     }
     EXPECT_GT(twins.deepest(), 0.0);
   }
+}
+
+/// A driven car with springs, joints and brushes, with and without memory.
+void expectSameDrive(const std::shared_ptr<const Terrain>& terrain, const SimConfig& config, double speed) {
+  SimConfig off = config;
+  off.contact_memory = false;
+  Simulator with = make(car(), terrain, config), without = make(car(), terrain, off);
+  for (Simulator* s : {&with, &without}) ASSERT_TRUE(s->setDown(-6.0, 0.3, 0.2).empty());
+  for (int i = 0; i < 5000; ++i) {
+    for (Simulator* s : {&with, &without}) {
+      s->command({DriveCommand::Kind::kTwist, speed, i < 2500 ? 0.2 : -0.3, 0.0});
+      ASSERT_EQ(s->step(), StepStatus::kOk);
+    }
+    ASSERT_EQ(with.stateHash(), without.stateHash())
+        << "step " << i << ", positions differ by " << (with.rootPose().p - without.rootPose().p).norm() << " m";
+  }
+}
+
+TEST(CarWithoutJump, MemoryChangesNoBitOfADriveOverHills) {
+  TriangleSoup hills = floorSoup(30.0, 120);
+  for (Vector3d& v : hills.vertices) v.z() = 0.1 * std::sin(0.9 * v.x()) * std::cos(0.7 * v.y());
+  const auto terrain = terrainOf(hills);
+  for (const IntegratorKind integrator : {IntegratorKind::kSemiImplicitEuler, IntegratorKind::kRk4})
+    for (const ContactsPerEllipsoid contacts : {ContactsPerEllipsoid::kOne, ContactsPerEllipsoid::kValley}) {
+      SimConfig config;
+      config.integrator = integrator;
+      config.contacts_per_ellipsoid = contacts;
+      expectSameDrive(terrain, config, 5.0);
+    }
+}
+
+TEST(CarWithoutJump, MemoryChangesNoBitOfADriveUpAKerb) {
+  const auto terrain = terrainOf(kerbSoup(0.08));
+  for (const ContactsPerEllipsoid contacts : {ContactsPerEllipsoid::kOne, ContactsPerEllipsoid::kValley})
+    for (const double speed : {1.0, 4.0}) {
+      SimConfig config;
+      config.contacts_per_ellipsoid = contacts;
+      expectSameDrive(terrain, config, speed);
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(Settings, MotionWithoutJump, testing::ValuesIn(allContactSettings()), settingName);

@@ -129,7 +129,8 @@ TEST(ShortestPush, OppositeNormalsPushOutOfTheDeeper) {
 }
 
 TEST(ShortestPush, PinchedBetweenWallsItStillClearsTheGround) {
-  const ShortestPush push = shortestPush({Vector3d::UnitX(), -Vector3d::UnitX(), Vector3d::UnitZ()}, {0.01, 0.01, 0.02}, 3);
+  const ShortestPush push =
+      shortestPush({Vector3d::UnitX(), -Vector3d::UnitX(), Vector3d::UnitZ()}, {0.01, 0.01, 0.02}, 3);
   EXPECT_NEAR(push.p.z(), 0.02, 1e-17);
   EXPECT_NEAR(std::abs(push.p.x()), 0.01, 1e-17);
 }

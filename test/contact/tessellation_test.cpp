@@ -59,7 +59,7 @@ TEST(Tessellation, LevelFloorPushesWithTheSameBitsHoweverCut) {
     const double y = i % 2 == 0 ? x : random.uniform(-20, 20);
     const PosedEllipsoid wheel({x, y, random.uniform(0.02, 0.34)}, R, kWheel);
     const double depth = wheel.halfBox().z() - wheel.p_WE.z();
-    Vector3d first;
+    Vector3d first = Vector3d::Zero();
     for (std::size_t t = 0; t < terrains.size(); ++t) {
       ContactFinder finder;
       const EllipsoidContacts found = findContacts(wheel, {}, *terrains[t], {}, finder);
@@ -79,6 +79,9 @@ TEST(Tessellation, DroppedBodyFollowsTheSamePathHoweverTheFloorIsCut) {
     for (const int cells : kCuts) {
       SimConfig config;
       config.integrator = integrator;
+      // It rocks on its belly without damping, which explicit Euler amplifies at any step, by a little: part of the
+      // path.
+      config.allow_unstable = integrator == IntegratorKind::kExplicitEuler;
       Simulator body = make(solidBody({0.3, 0.25, 0.12}, 100.0), flatFloor(kHalfSize, cells), config);
       Pose start;
       start.p = {0.13, -0.21, 1.0};
@@ -106,7 +109,8 @@ TEST(Tessellation, CarFollowsTheSamePathAndSeamsNeverTilt) {
       if (i % 20 == 0) {
         vehicle.contacts(contacts);
         ASSERT_GE(contacts.size(), 3u);
-        for (const ContactReport& contact : contacts) ASSERT_EQ(contact.nhat_W, Vector3d::UnitZ()) << "at " << t << " s";
+        for (const ContactReport& contact : contacts)
+          ASSERT_EQ(contact.nhat_W, Vector3d::UnitZ()) << "at " << t << " s";
         positions.push_back(vehicle.rootPose().p);
       }
     }
@@ -115,7 +119,8 @@ TEST(Tessellation, CarFollowsTheSamePathAndSeamsNeverTilt) {
   }
   for (std::size_t cut = 1; cut < path.size(); ++cut)
     for (std::size_t i = 0; i < path[0].size(); ++i)
-      ASSERT_LE((path[cut][i] - path[0][i]).norm(), 1e-9) << "cut " << cut << ", " << 0.02 * static_cast<double>(i) << " s";
+      ASSERT_LE((path[cut][i] - path[0][i]).norm(), 1e-9)
+          << "cut " << cut << ", " << 0.02 * static_cast<double>(i) << " s";
 }
 
 TEST(Tessellation, CarPassesABackFaceWithoutAKick) {
@@ -134,7 +139,8 @@ TEST(Tessellation, CarPassesABackFaceWithoutAKick) {
         vehicle.command({DriveCommand::Kind::kTwist, speed, 0.0, 0.0});
         ASSERT_EQ(vehicle.step(), StepStatus::kOk);
         vehicle.contacts(contacts);
-        for (const ContactReport& contact : contacts) ASSERT_EQ(contact.nhat_W, Vector3d::UnitZ()) << speed << " m/s, step " << i;
+        for (const ContactReport& contact : contacts)
+          ASSERT_EQ(contact.nhat_W, Vector3d::UnitZ()) << speed << " m/s, step " << i;
       }
       end.push_back(vehicle.rootPose().p);
     }

@@ -61,7 +61,8 @@ void expectAgreement(unsigned seed, int most_bodies, bool prescribed, bool wheel
     for (double& t : tau) t = random.uniform(-5.0, 5.0);
     std::vector<TreeForce> forces;
     for (int i = 0; i < 4; ++i)
-      forces.push_back({random.index(static_cast<int>(bodies.size())), x.p_WB + random.vector(1.0), random.vector(20.0)});
+      forces.push_back(
+          {random.index(static_cast<int>(bodies.size())), x.p_WB + random.vector(1.0), random.vector(20.0)});
     const Vector3d gravity_W = random.vector(10.0);
 
     const Eigen::VectorXd expected = slow.accelerations(x, tau, forces, gravity_W, efforts);
@@ -155,7 +156,9 @@ class FreeFlight {
   }
   void toTangent(double h, const Rate& previous, Rate& k) const { k.w = rotationVectorRate(h * previous.w, k.w); }
   void combine(Rate (&k)[4]) const {
-    const auto mix = [](auto& a, const auto& b, const auto& c, const auto& d) { a = (a + 2.0 * b + 2.0 * c + d) / 6.0; };
+    const auto mix = [](auto& a, const auto& b, const auto& c, const auto& d) {
+      a = (a + 2.0 * b + 2.0 * c + d) / 6.0;
+    };
     mix(k[0].v, k[1].v, k[2].v, k[3].v);
     mix(k[0].w, k[1].w, k[2].w, k[3].w);
     mix(k[0].a, k[1].a, k[2].a, k[3].a);
@@ -188,16 +191,17 @@ Drift driftInFreeFlight(const std::vector<Body>& bodies, TreeState x, double dt,
 }
 
 TEST(ArticulatedBody, MomentaAndEnergyOfFreeFlightAreKeptToFourthOrder) {
-  // 1 s of a tumbling tree of six bodies. Nothing conserves these by construction, so their drift shows the order of the
-  // whole chain, rotation included. Prismatic joints run away in free flight; revolute ones only here.
+  // 1 s of a tumbling tree of six bodies. Nothing conserves these by construction, so their drift shows the order of
+  // the whole chain, rotation included. Prismatic joints run away in free flight; revolute ones only here.
   RandomTrees random(7);
   std::vector<Body> bodies = random.tree(6, false, false);
   for (Body& body : bodies) body.prismatic = false;
   const TreeState x = random.state(bodies);
   const Drift coarse = driftInFreeFlight(bodies, x, 4e-3, 250);
   const Drift fine = driftInFreeFlight(bodies, x, 2e-3, 500);
-  for (const auto& [a, b] : {std::pair(coarse.momentum, fine.momentum),
-                             std::pair(coarse.angular_momentum, fine.angular_momentum), std::pair(coarse.energy, fine.energy)}) {
+  for (const auto& [a, b] :
+       {std::pair(coarse.momentum, fine.momentum), std::pair(coarse.angular_momentum, fine.angular_momentum),
+        std::pair(coarse.energy, fine.energy)}) {
     EXPECT_LT(b, 1e-7);
     const double order = std::log2(a / b);
     EXPECT_GT(order, 3.5) << a << " -> " << b;

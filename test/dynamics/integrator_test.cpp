@@ -1,5 +1,5 @@
-// The one-step methods on the permanent spring x'' = -omega^2 x, alone and through the whole simulator, and on rotations.
-// h = omega dt = 0.2: k = 1e7 N/m, 250 kg, 1 ms.
+// The one-step methods on the permanent spring x'' = -omega^2 x, alone and through the whole simulator, and on
+// rotations. h = omega dt = 0.2: k = 1e7 N/m, 250 kg, 1 ms.
 #include "ellipsoid_vehicle_sim/dynamics/integrator.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,9 @@ struct Spring {
   using Rate = State;
   void rate(const State& s, double, Rate& k) { k = {s.v, -s.x}; }
   void positionRates(const State& s, Rate& k) { k.x = s.v; }
-  void advance(const State& s, double h, const Rate& k, State& result) const { result = {s.x + h * k.x, s.v + h * k.v}; }
+  void advance(const State& s, double h, const Rate& k, State& result) const {
+    result = {s.x + h * k.x, s.v + h * k.v};
+  }
   void advanceVelocities(State& s, double h, const Rate& k) const { s.v += h * k.v; }
   void advancePositions(State& s, double h, const Rate& k) const { s.x += h * k.x; }
   void toTangent(double, const Rate&, Rate&) const {}
@@ -38,9 +40,12 @@ void integrate(IntegratorKind kind, System& system, typename System::State& x, d
   typename System::Rate k[4];
   typename System::State scratch = x;
   switch (kind) {
-    case IntegratorKind::kExplicitEuler: return explicitEulerStep(system, x, dt, k, scratch);
-    case IntegratorKind::kSemiImplicitEuler: return semiImplicitEulerStep(system, x, dt, k, scratch);
-    case IntegratorKind::kRk4: return rk4Step(system, x, dt, k, scratch);
+    case IntegratorKind::kExplicitEuler:
+      return explicitEulerStep(system, x, dt, k, scratch);
+    case IntegratorKind::kSemiImplicitEuler:
+      return semiImplicitEulerStep(system, x, dt, k, scratch);
+    case IntegratorKind::kRk4:
+      return rk4Step(system, x, dt, k, scratch);
   }
 }
 
@@ -87,8 +92,8 @@ TEST(Integrator, ErrorOnThePermanentSpringIsThatOfTheTable) {
 }
 
 TEST(Integrator, AmplitudePerStepFollowsTheAmplificationFactor) {
-  // |G|^2: explicit 1 + h^2; RK4 1 - h^6/72 + h^8/576. Semi-implicit Euler keeps x^2 + v^2 - h x v for ever (its own shadow
-  // energy), exactly. Source: notation.h [OscillatorErrors].
+  // |G|^2: explicit 1 + h^2; RK4 1 - h^6/72 + h^8/576. Semi-implicit Euler keeps x^2 + v^2 - h x v for ever (its own
+  // shadow energy), exactly. Source: notation.h [OscillatorErrors].
   const double h = kStep;
   const int steps = stepsOf(100);
   Spring spring;
@@ -101,7 +106,8 @@ TEST(Integrator, AmplitudePerStepFollowsTheAmplificationFactor) {
   const double expected = std::pow(1.0 + h * h, 0.5 * steps);
   EXPECT_NEAR(std::hypot(explicit_euler.x, explicit_euler.v), expected, 1e-10 * expected);
   EXPECT_NEAR(semi.x * semi.x + semi.v * semi.v - h * semi.x * semi.v, 1.0, 1e-10);
-  EXPECT_NEAR(std::hypot(rk4.x, rk4.v), std::pow(1.0 - std::pow(h, 6) / 72.0 + std::pow(h, 8) / 576.0, 0.5 * steps), 1e-12);
+  EXPECT_NEAR(std::hypot(rk4.x, rk4.v), std::pow(1.0 - std::pow(h, 6) / 72.0 + std::pow(h, 8) / 576.0, 0.5 * steps),
+              1e-12);
   EXPECT_NEAR(std::hypot(rk4.x, rk4.v), 1.0 - 0.0014, 1e-4);
 }
 
@@ -127,7 +133,8 @@ double largestErrorInTheSimulator(IntegratorKind kind, int steps) {
   for (int i = 1; i <= steps; ++i) {
     EXPECT_EQ(simulator.step(), StepStatus::kOk);
     simulator.jointReadings(joints);
-    largest = std::max(largest, distance(joints[0].position / amplitude, joints[0].velocity / (amplitude * omega), i * kStep));
+    largest = std::max(largest,
+                       distance(joints[0].position / amplitude, joints[0].velocity / (amplitude * omega), i * kStep));
   }
   return largest;
 }
@@ -194,7 +201,8 @@ TEST(Integrator, RotationVectorRateIsTheDerivativeOfTheVector) {
     const Vector3d r = angle * Vector3d(0.36, 0.48, 0.8);
     const double h = 1e-4;
     const Vector3d rate = rotationVectorRate(r, w);
-    const Quaterniond forward = quaternionFromRotationVector(r + h * rate), back = quaternionFromRotationVector(r - h * rate);
+    const Quaterniond forward = quaternionFromRotationVector(r + h * rate),
+                      back = quaternionFromRotationVector(r - h * rate);
     const Eigen::AngleAxisd turned(forward * back.conjugate());
     EXPECT_LT((turned.angle() * turned.axis() / (2.0 * h) - w).norm(), 1e-7) << "angle " << angle;
   }

@@ -95,7 +95,7 @@ class TopicContract(unittest.TestCase):
             self.assertTrue(marker.frame_locked)
             self.assertIn(marker.header.frame_id, links)
             self.assertGreater(min(marker.scale.x, marker.scale.y, marker.scale.z), 0.0)
-        self.assertEqual(sum(marker.ns == "wheels" for marker in self.received["shapes"][0].markers), 4)
+        self.assertEqual(sum(marker.ns.endswith("wheels") for marker in self.received["shapes"][0].markers), 4)
 
     def test_world_is_triangles_front_and_back(self):
         for marker in self.received["world"][0].markers:

@@ -63,8 +63,8 @@ inline SimConfig frictionless(IntegratorKind integrator, double dt, ContactsPerE
   return config;
 }
 
-/// A vehicle stepped by its rate function alone: no certificate, no range of gravity, no clock, so that hundreds of runs
-/// cost nothing but their steps. Does in a step what the simulator does.
+/// A vehicle stepped by its rate function alone: no certificate, no range of gravity, no clock, so that hundreds of
+/// runs cost nothing but their steps. Does in a step what the simulator does.
 class BareRun {
  public:
   BareRun(const VehicleDescription& vehicle, std::shared_ptr<const Terrain> terrain, const SimConfig& config)

@@ -109,8 +109,8 @@ inline Bounce bounce(Simulator& simulator, double longest = 1.0) {
   return result;
 }
 
-/// Two masses on one spring in free flight: a body and a wheel on a suspension joint without damper. Without gravity the
-/// joint starts compressed by the body's weight, so it swings for ever at omega^2 = k / m, m the reduced mass.
+/// Two masses on one spring in free flight: a body and a wheel on a suspension joint without damper. Without gravity
+/// the joint starts compressed by the body's weight, so it swings for ever at omega^2 = k / m, m the reduced mass.
 inline VehicleDescription springPair(double reduced_mass, double stiffness) {
   VehicleDescription v;
   v.name = "spring pair";

@@ -6,9 +6,9 @@
 
 #include "ellipsoid_vehicle_sim/dynamics/articulated_body.h"
 
-/// An independent, slow answer for the dynamics of a floating tree: Kane's equations with every body's Jacobian written out
-/// in plain vectors, and the velocity terms from numerical differentiation. Shares no formula with the articulated-body
-/// algorithm but rigid kinematics.
+/// An independent, slow answer for the dynamics of a floating tree: Kane's equations with every body's Jacobian written
+/// out in plain vectors, and the velocity terms from numerical differentiation. Shares no formula with the
+/// articulated-body algorithm but rigid kinematics.
 namespace ellipsoid_vehicle_sim::test {
 
 /// State of a tree; coordinates by their index among the dynamic, or among the prescribed, ones.
@@ -49,7 +49,8 @@ class SlowTreeDynamics {
     u << x.v_WB, x.w_WB, Eigen::VectorXd::Zero(speeds() - 6);
     for (std::size_t i = 1; i < bodies_.size(); ++i) {
       const Body& b = bodies_[i];
-      u[5 + static_cast<int>(i)] = b.motion == BodyMotion::kDynamic ? x.qd[b.coordinate] : x.prescribed[b.coordinate].velocity;
+      u[5 + static_cast<int>(i)] =
+          b.motion == BodyMotion::kDynamic ? x.qd[b.coordinate] : x.prescribed[b.coordinate].velocity;
     }
     return u;
   }
@@ -91,8 +92,9 @@ class SlowTreeDynamics {
 
   /// Accelerations of all speeds: free ones from the equations, prescribed ones as given. `efforts` receives what the
   /// prescribed joints need (zero elsewhere), by body.
-  Eigen::VectorXd accelerations(const TreeState& x, const std::vector<double>& tau, const std::vector<TreeForce>& forces,
-                                const Eigen::Vector3d& gravity_W, std::vector<double>& efforts) const {
+  Eigen::VectorXd accelerations(const TreeState& x, const std::vector<double>& tau,
+                                const std::vector<TreeForce>& forces, const Eigen::Vector3d& gravity_W,
+                                std::vector<double>& efforts) const {
     const int n = speeds();
     const std::vector<BodyJacobian> all = jacobians(x);
     const Eigen::VectorXd u = speedsOf(x);
@@ -192,8 +194,8 @@ class SlowTreeDynamics {
     return y;
   }
 
-  // Acceleration at constant speeds: fourth-order central difference of J u; with a step of 1e-3 s and speeds of order one
-  // its error (1e-12 from the formula, 1e-12 from rounding) is far below the 1e-9 it is used for.
+  // Acceleration at constant speeds: fourth-order central difference of J u; with a step of 1e-3 s and speeds of order
+  // one its error (1e-12 from the formula, 1e-12 from rounding) is far below the 1e-9 it is used for.
   void accelerationOfMotion(const TreeState& x, const Eigen::VectorXd& u, std::size_t body, Eigen::Vector3d& a_cm,
                             Eigen::Vector3d& alpha) const {
     constexpr double kStep = 1e-3;

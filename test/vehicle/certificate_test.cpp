@@ -14,11 +14,16 @@ struct Row {
   double zeta, explicit_euler, semi_implicit, rk4;
 };
 
-const Row kLimits[] = {{0.0, 0.0, 2.0, 2.828427},           {0.05, 0.1, 1.902498, 2.909800},
-                       {0.1, 0.2, 1.809975, 2.950853},      {0.2, 0.4, 1.639608, 2.940088},
-                       {0.3, 0.6, 1.488061, 2.835300},      {0.5, 1.0, 1.236068, 2.622542},
-                       {0.7071, 1.414214, 1.035276, 2.704353}, {1.0, 2.0, 0.828427, 2.785294},
-                       {1.5, 0.763932, 0.605551, 1.063887}, {2.0, 0.535898, 0.472136, 0.746317},
+const Row kLimits[] = {{0.0, 0.0, 2.0, 2.828427},
+                       {0.05, 0.1, 1.902498, 2.909800},
+                       {0.1, 0.2, 1.809975, 2.950853},
+                       {0.2, 0.4, 1.639608, 2.940088},
+                       {0.3, 0.6, 1.488061, 2.835300},
+                       {0.5, 1.0, 1.236068, 2.622542},
+                       {0.7071, 1.414214, 1.035276, 2.704353},
+                       {1.0, 2.0, 0.828427, 2.785294},
+                       {1.5, 0.763932, 0.605551, 1.063887},
+                       {2.0, 0.535898, 0.472136, 0.746317},
                        {5.0, 0.202041, 0.198039, 0.281372}};
 
 TEST(Certificate, OscillatorLimitsAreThoseOfTheTable) {
@@ -26,7 +31,8 @@ TEST(Certificate, OscillatorLimitsAreThoseOfTheTable) {
   for (const Row& row : kLimits) {
     const double tolerance = row.zeta == 0.7071 ? 3e-5 : 1e-6;
     EXPECT_NEAR(oscillatorLimit(IntegratorKind::kExplicitEuler, row.zeta), row.explicit_euler, tolerance) << row.zeta;
-    EXPECT_NEAR(oscillatorLimit(IntegratorKind::kSemiImplicitEuler, row.zeta), row.semi_implicit, tolerance) << row.zeta;
+    EXPECT_NEAR(oscillatorLimit(IntegratorKind::kSemiImplicitEuler, row.zeta), row.semi_implicit, tolerance)
+        << row.zeta;
     EXPECT_NEAR(oscillatorLimit(IntegratorKind::kRk4, row.zeta), row.rk4, tolerance) << row.zeta;
   }
 }
@@ -65,11 +71,13 @@ TEST(Certificate, AnUndampedSpringIsNothingForExplicitEuler) {
   const Simulator simulator = make(ball(), flatFloor(), ballConfig(IntegratorKind::kRk4, 0.0, 1e-3));
   EXPECT_LT(simulator.certificate().largestStep(IntegratorKind::kExplicitEuler), 1e-6);
   EXPECT_NEAR(simulator.certificate().largestStep(IntegratorKind::kSemiImplicitEuler), 2.0 / kOmega, 0.02 / kOmega);
-  EXPECT_NEAR(simulator.certificate().largestStep(IntegratorKind::kRk4), std::sqrt(8.0) / kOmega, 0.01 * std::sqrt(8.0) / kOmega);
+  EXPECT_NEAR(simulator.certificate().largestStep(IntegratorKind::kRk4), std::sqrt(8.0) / kOmega,
+              0.01 * std::sqrt(8.0) / kOmega);
 }
 
 /// Set down at rest, then left alone or commanded: the largest speed of the last tenth of the run.
-double speedAfterRest(const VehicleDescription& vehicle, SimConfig config, int steps, const DriveCommand* command = nullptr) {
+double speedAfterRest(const VehicleDescription& vehicle, SimConfig config, int steps,
+                      const DriveCommand* command = nullptr) {
   config.allow_unstable = true;
   Simulator simulator = make(vehicle, flatFloor(), config);
   standAt(simulator, 0.0, 0.0, 0.0);
@@ -90,11 +98,14 @@ constexpr double kStaysAtRest = 1e-5, kHasGrown = 1e-3;
 TEST(Certificate, FivePercentBelowTheBoundHoldsAndFivePercentAboveGrows) {
   for (const double zeta : {0.1, 0.5, 1.5})
     for (const IntegratorKind kind : allIntegrators()) {
-      const double bound = make(ball(), flatFloor(), ballConfig(IntegratorKind::kRk4, zeta, 1e-3)).certificate().largestStep(kind);
+      const double bound =
+          make(ball(), flatFloor(), ballConfig(IntegratorKind::kRk4, zeta, 1e-3)).certificate().largestStep(kind);
       // Explicit Euler grows by 0.1 zeta^2 a step there: the slowest of all, 1e-3.
       constexpr int kSteps = 30000;
-      EXPECT_LT(speedAfterRest(ball(), ballConfig(kind, zeta, 0.95 * bound), kSteps), kStaysAtRest) << toString(kind) << " zeta " << zeta;
-      EXPECT_GT(speedAfterRest(ball(), ballConfig(kind, zeta, 1.05 * bound), kSteps), kHasGrown) << toString(kind) << " zeta " << zeta;
+      EXPECT_LT(speedAfterRest(ball(), ballConfig(kind, zeta, 0.95 * bound), kSteps), kStaysAtRest)
+          << toString(kind) << " zeta " << zeta;
+      EXPECT_GT(speedAfterRest(ball(), ballConfig(kind, zeta, 1.05 * bound), kSteps), kHasGrown)
+          << toString(kind) << " zeta " << zeta;
     }
 }
 

@@ -65,7 +65,8 @@ TEST(Drive, ProfileReachesItsTargetWithinTheLimitsAndWithoutOvershoot) {
 }
 
 TEST(Drive, ProfileTurnsRoundWhenTheTargetMoves) {
-  // Targets thrown about at random, from any speed within the limits: never beyond them, and at the last one in the end.
+  // Targets thrown about at random, from any speed within the limits: never beyond them, and at the last one in the
+  // end.
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> target(-0.6, 0.6);
   const PrescribedJoint joint = steerJoint(1.0, 20.0);
@@ -110,7 +111,8 @@ class DriveOfACar : public ::testing::Test {
     const VehicleState state = commanded(simulator, command);
     std::pair<double, double> angles;
     for (const SteerUnit& steer : simulator.model().drive.steers)
-      (steer.p_RS.y() > 0.0 ? angles.first : angles.second) = steer.sign * state.profiles[static_cast<std::size_t>(steer.prescribed)].target;
+      (steer.p_RS.y() > 0.0 ? angles.first : angles.second) =
+          steer.sign * state.profiles[static_cast<std::size_t>(steer.prescribed)].target;
     return angles;
   }
 
@@ -215,7 +217,8 @@ std::pair<double, double> torques(const SimConfig& config, double left_speed, do
   for (std::size_t i = 0; i < model.drive.wheels.size(); ++i) {
     const WheelUnit& wheel = model.drive.wheels[i];
     state.drive.wheel_speed[i] = 10.0;
-    if (wheel.driven) state.motion.qd[static_cast<std::size_t>(wheel.joint)] = wheel.p_RW.y() > 0.0 ? left_speed : right_speed;
+    if (wheel.driven)
+      state.motion.qd[static_cast<std::size_t>(wheel.joint)] = wheel.p_RW.y() > 0.0 ? left_speed : right_speed;
   }
   driveTorques(model, config, state.drive, state.motion.qd, torque);
   for (std::size_t i = 0; i < model.drive.wheels.size(); ++i) {
@@ -311,7 +314,8 @@ TEST(Drive, ASteeringMotorTooWeakHoldsAndSaysSo) {
     // The brakes stay on: only the steering is asked for.
     drive(simulator, ackermann(0.0, 0.4), 2.0);
     double largest = 0.0;
-    for (const ProfileState& profile : simulator.state().profiles) largest = std::max(largest, std::abs(profile.position));
+    for (const ProfileState& profile : simulator.state().profiles)
+      largest = std::max(largest, std::abs(profile.position));
     if (effort < 10.0) {
       EXPECT_GT(simulator.events().effort_exceeded, 0);
       EXPECT_LT(largest, 0.2);

@@ -86,7 +86,8 @@ TEST(Simulator, NonFiniteCommandsAreDroppedAndCounted) {
   EXPECT_TRUE(simulator.command(twist(1.0)));
   const std::uint64_t before = simulator.stateHash();
   DriveCommand bad_angle = ackermann(1.0, kNan), bad_yaw = twist(1.0, kInfinity);
-  for (const DriveCommand& bad : {twist(kNan), twist(-kInfinity), bad_yaw, bad_angle}) EXPECT_FALSE(simulator.command(bad));
+  for (const DriveCommand& bad : {twist(kNan), twist(-kInfinity), bad_yaw, bad_angle})
+    EXPECT_FALSE(simulator.command(bad));
   EXPECT_EQ(simulator.events().rejected_commands, 4);
   EXPECT_EQ(simulator.stateHash(), before);
   EXPECT_EQ(simulator.state().drive.command.speed, 1.0);
@@ -166,7 +167,8 @@ TEST(Simulator, SetDownLoadsAllFourWheelsWithTheWholeWeight) {
 
 TEST(Simulator, SetDownOnAPlainSlopeStandsAndStays) {
   const double slope = 15.0 * M_PI / 180.0;
-  Simulator simulator = make(car(), terrainOf(floorSoup(500.0, 1, slope)), configOf(IntegratorKind::kSemiImplicitEuler));
+  Simulator simulator =
+      make(car(), terrainOf(floorSoup(500.0, 1, slope)), configOf(IntegratorKind::kSemiImplicitEuler));
   for (const double yaw : {0.0, 1.0, M_PI}) {
     standAt(simulator, 0.0, 0.0, yaw);
     const Vector3d p = simulator.rootPose().p;
@@ -246,8 +248,11 @@ TEST(Simulator, ADivergedRunFreezesAtTheLastGoodState) {
 TEST(Simulator, PlaceRefusesWhatIsNotANumber) {
   Simulator simulator = standingCar();
   const std::uint64_t before = simulator.stateHash();
-  EXPECT_FALSE(simulator.place({Vector3d(kNan, 0, 0), Eigen::Quaterniond::Identity()}, Vector3d::Zero(), Vector3d::Zero()).empty());
-  EXPECT_FALSE(simulator.place({Vector3d::Zero(), Eigen::Quaterniond(0, 0, 0, 0)}, Vector3d::Zero(), Vector3d::Zero()).empty());
+  EXPECT_FALSE(
+      simulator.place({Vector3d(kNan, 0, 0), Eigen::Quaterniond::Identity()}, Vector3d::Zero(), Vector3d::Zero())
+          .empty());
+  EXPECT_FALSE(
+      simulator.place({Vector3d::Zero(), Eigen::Quaterniond(0, 0, 0, 0)}, Vector3d::Zero(), Vector3d::Zero()).empty());
   EXPECT_FALSE(simulator.place(Pose{}, Vector3d(1e8, 0, 0), Vector3d::Zero()).empty());
   EXPECT_EQ(simulator.stateHash(), before);
 }

@@ -21,6 +21,12 @@ struct Candidate {
 /// so a fresh and a reused list give the same contacts to the last bit.
 class CandidateCache {
  public:
+  CandidateCache() {
+    // Ground of ordinary density then never makes a step allocate.
+    indices_.reserve(kUsualCandidates);
+    candidates_.reserve(kUsualCandidates);
+  }
+
   /// Candidates, lowest triangle index first; a superset of the triangles whose box meets [low, high]. `travel` is the
   /// expected motion over the next evaluations [m]; with `reuse` off the list is made anew for exactly this box.
   const std::vector<Candidate>& around(const Eigen::Vector3d& low, const Eigen::Vector3d& high,
@@ -28,6 +34,8 @@ class CandidateCache {
   void invalidate() { valid_ = false; }
 
  private:
+  static constexpr std::size_t kUsualCandidates = 128;
+
   bool valid_ = false;
   Eigen::Vector3d low_, high_;  ///< the fattened box.
   std::vector<int> indices_;

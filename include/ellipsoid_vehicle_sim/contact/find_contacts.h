@@ -28,6 +28,8 @@ struct NearTriangle {
 
 /// Buffers of one ellipsoid; no state: two finders give the same answers whatever they were asked before.
 struct ContactFinder {
+  ContactFinder() { near.reserve(128); }
+
   CandidateCache cache;
   std::vector<NearTriangle> near;  ///< of the present evaluation.
 };

@@ -3,6 +3,7 @@
 #include <ros/node_handle.h>
 
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -16,9 +17,10 @@ namespace ellipsoid_vehicle_sim {
 struct NodeSetup {
   NodeOptions options;
   std::shared_ptr<const Terrain> terrain;
-  Simulator simulator;          ///< set down at its start.
-  std::string base_frame;       ///< the URDF's root link.
-  double vehicle_length = 1.0;  ///< largest distance across its ellipsoids, joints at zero [m].
+  Simulator simulator;                ///< set down at its start.
+  std::string base_frame;             ///< the URDF's root link.
+  double vehicle_length = 1.0;        ///< largest distance across its ellipsoids, joints at zero [m].
+  std::set<std::string> drawn_links;  ///< links with a visual that can be drawn.
   std::vector<std::string> notes;
 };
 

@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -83,6 +84,7 @@ class SimulatorNode {
   WorldMarkers world_markers_;
   Simulator simulator_;
   std::string base_frame_;
+  std::set<std::string> drawn_links_;
 
   ros::Publisher clock_publisher_, tf_publisher_, odom_publisher_, joint_publisher_, contact_publisher_,
       shape_publisher_, world_publisher_, ready_publisher_, diagnostics_publisher_;
