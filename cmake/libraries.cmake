@@ -2,8 +2,8 @@
 find_package(Eigen3 3.3 REQUIRED NO_MODULE)
 find_package(assimp 5.0 REQUIRED)
 
-add_library(ellipsoid_vehicle_sim_warnings INTERFACE)
-target_compile_options(ellipsoid_vehicle_sim_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor)
+add_library(${PROJECT_NAME}_warnings INTERFACE)
+target_compile_options(${PROJECT_NAME}_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor)
 
 # add_layer(<name> <folder>...): a shared library of all sources in src/<folder>.
 function(add_layer name)
@@ -36,46 +36,46 @@ function(add_system_library target header library debian_package)
 endfunction()
 
 # Core: geometry -> contact -> world -> dynamics -> vehicle. Eigen, and assimp for mesh files. No ROS.
-add_layer(ellipsoid_vehicle_sim_core geometry contact world dynamics vehicle)
-target_link_libraries(ellipsoid_vehicle_sim_core PUBLIC Eigen3::Eigen PRIVATE assimp::assimp)
-set_target_properties(ellipsoid_vehicle_sim_core PROPERTIES EXPORT_NAME core)
-add_library(ellipsoid_vehicle_sim::core ALIAS ellipsoid_vehicle_sim_core)
+add_layer(${PROJECT_NAME}_core geometry contact world dynamics vehicle)
+target_link_libraries(${PROJECT_NAME}_core PUBLIC Eigen3::Eigen PRIVATE assimp::assimp)
+set_target_properties(${PROJECT_NAME}_core PROPERTIES EXPORT_NAME core)
+add_library(${PROJECT_NAME}::core ALIAS ${PROJECT_NAME}_core)
 
 # Description: URDF and YAML files -> what the core is built from. No ROS.
 add_system_library(urdfdom_model_library urdf_parser/urdf_parser.h urdfdom_model liburdfdom-dev)
 add_system_library(tinyxml2_library tinyxml2.h tinyxml2 libtinyxml2-dev)
 add_system_library(yaml_cpp_library yaml-cpp/yaml.h yaml-cpp libyaml-cpp-dev)
-add_layer(ellipsoid_vehicle_sim_description description)
-set_target_properties(ellipsoid_vehicle_sim_description PROPERTIES LINKER_LANGUAGE CXX)
-target_link_libraries(ellipsoid_vehicle_sim_description
-  PUBLIC ellipsoid_vehicle_sim_core
+add_layer(${PROJECT_NAME}_description description)
+set_target_properties(${PROJECT_NAME}_description PROPERTIES LINKER_LANGUAGE CXX)
+target_link_libraries(${PROJECT_NAME}_description
+  PUBLIC ${PROJECT_NAME}_core
   PRIVATE urdfdom_model_library tinyxml2_library yaml_cpp_library assimp::assimp)
 
 if(with_ros)
-  add_layer(ellipsoid_vehicle_sim_ros ros)
+  add_layer(${PROJECT_NAME}_ros ros)
   # SYSTEM: the warnings of roscpp's headers are not ours to fix.
-  target_include_directories(ellipsoid_vehicle_sim_ros SYSTEM PUBLIC ${catkin_INCLUDE_DIRS})
-  target_link_libraries(ellipsoid_vehicle_sim_ros PUBLIC ellipsoid_vehicle_sim_description ${catkin_LIBRARIES})
+  target_include_directories(${PROJECT_NAME}_ros SYSTEM PUBLIC ${catkin_INCLUDE_DIRS})
+  target_link_libraries(${PROJECT_NAME}_ros PUBLIC ${PROJECT_NAME}_description ${catkin_LIBRARIES})
 
-  add_executable(ellipsoid_vehicle_sim_node src/ros/simulator_node_main.cpp)
-  target_link_libraries(ellipsoid_vehicle_sim_node PRIVATE ellipsoid_vehicle_sim_ros ellipsoid_vehicle_sim_warnings)
-  set_target_properties(ellipsoid_vehicle_sim_node PROPERTIES
+  add_executable(${PROJECT_NAME}_node src/ros/simulator_node_main.cpp)
+  target_link_libraries(${PROJECT_NAME}_node PRIVATE ${PROJECT_NAME}_ros ${PROJECT_NAME}_warnings)
+  set_target_properties(${PROJECT_NAME}_node PROPERTIES
     RUNTIME_OUTPUT_DIRECTORY ${devel_prefix}/${package_programs}
     INSTALL_RPATH "$ORIGIN/..")
-  install(TARGETS ellipsoid_vehicle_sim_ros LIBRARY DESTINATION lib)
-  install(TARGETS ellipsoid_vehicle_sim_node RUNTIME DESTINATION ${package_programs})
+  install(TARGETS ${PROJECT_NAME}_ros LIBRARY DESTINATION lib)
+  install(TARGETS ${PROJECT_NAME}_node RUNTIME DESTINATION ${package_programs})
 endif()
-install(TARGETS ellipsoid_vehicle_sim_description LIBRARY DESTINATION lib)
+install(TARGETS ${PROJECT_NAME}_description LIBRARY DESTINATION lib)
 
 # The core is a CMake package of its own, for programs without ROS:
 #   find_package(ellipsoid_vehicle_sim_core) ... target_link_libraries(mine ellipsoid_vehicle_sim::core)
 include(CMakePackageConfigHelpers)
-set(core_config lib/cmake/ellipsoid_vehicle_sim_core)
-install(TARGETS ellipsoid_vehicle_sim_core EXPORT ellipsoid_vehicle_sim_core_targets LIBRARY DESTINATION lib COMPONENT core)
-install(DIRECTORY include/ellipsoid_vehicle_sim DESTINATION include COMPONENT core FILES_MATCHING PATTERN "*.h")
-install(EXPORT ellipsoid_vehicle_sim_core_targets NAMESPACE ellipsoid_vehicle_sim:: DESTINATION ${core_config} COMPONENT core)
-write_basic_package_version_file(${PROJECT_BINARY_DIR}/ellipsoid_vehicle_sim_core-config-version.cmake
+set(core_config lib/cmake/${PROJECT_NAME}_core)
+install(TARGETS ${PROJECT_NAME}_core EXPORT ${PROJECT_NAME}_core_targets LIBRARY DESTINATION lib COMPONENT core)
+install(DIRECTORY include/${PROJECT_NAME} DESTINATION include COMPONENT core FILES_MATCHING PATTERN "*.h")
+install(EXPORT ${PROJECT_NAME}_core_targets NAMESPACE ellipsoid_vehicle_sim:: DESTINATION ${core_config} COMPONENT core)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/${PROJECT_NAME}_core-config-version.cmake
   COMPATIBILITY SameMinorVersion)
-configure_file(cmake/ellipsoid_vehicle_sim_core-config.cmake ${PROJECT_BINARY_DIR} COPYONLY)
-install(FILES ${PROJECT_BINARY_DIR}/ellipsoid_vehicle_sim_core-config-version.cmake
-  cmake/ellipsoid_vehicle_sim_core-config.cmake DESTINATION ${core_config} COMPONENT core)
+configure_file(cmake/${PROJECT_NAME}_core-config.cmake ${PROJECT_BINARY_DIR} COPYONLY)
+install(FILES ${PROJECT_BINARY_DIR}/${PROJECT_NAME}_core-config-version.cmake
+  cmake/${PROJECT_NAME}_core-config.cmake DESTINATION ${core_config} COMPONENT core)

@@ -20,20 +20,20 @@ function(find_ros_python out)
 endfunction()
 
 if(BUILD_ROS)  # ON or AUTO
-  if(NOT DEFINED ENV{ROS_DISTRO} AND EXISTS /opt/ros/noetic)
+  if(NOT DEFINED ENV{ROS_DISTRO} AND EXISTS "/opt/ros/noetic")
     list(APPEND CMAKE_PREFIX_PATH /opt/ros/noetic)
   endif()
   find_ros_python(ros_python)
   if(ros_python)
     set(PYTHON_EXECUTABLE ${ros_python} CACHE FILEPATH "Python with catkin_pkg")
     set(Python3_EXECUTABLE ${ros_python} CACHE FILEPATH "Python with catkin_pkg")
-    set(ros_components roscpp roslib diagnostic_msgs geometry_msgs nav_msgs rosgraph_msgs sensor_msgs std_msgs std_srvs
-      tf2_msgs visualization_msgs)
+    set(ros_components diagnostic_msgs geometry_msgs nav_msgs roscpp rosgraph_msgs roslib sensor_msgs std_msgs
+      std_srvs tf2_msgs visualization_msgs)
+    set(or_not REQUIRED)
     if(BUILD_ROS STREQUAL "AUTO")
-      find_package(catkin QUIET COMPONENTS ${ros_components})
-    else()
-      find_package(catkin REQUIRED COMPONENTS ${ros_components})
+      set(or_not QUIET)
     endif()
+    find_package(catkin ${or_not} COMPONENTS ${ros_components})
     set(with_ros ${catkin_FOUND})
   elseif(NOT BUILD_ROS STREQUAL "AUTO")
     message(FATAL_ERROR "BUILD_ROS=${BUILD_ROS}, but no Python with catkin_pkg was found: install python3-catkin-pkg, or set "
@@ -44,9 +44,9 @@ endif()
 if(with_ros)
   catkin_package(
     INCLUDE_DIRS include
-    LIBRARIES ellipsoid_vehicle_sim_ros ellipsoid_vehicle_sim_description ellipsoid_vehicle_sim_core
+    LIBRARIES ${PROJECT_NAME}_ros ${PROJECT_NAME}_description ${PROJECT_NAME}_core
     CATKIN_DEPENDS ${ros_components})
   set(devel_prefix ${CATKIN_DEVEL_PREFIX})
 else()
-  message(STATUS "ellipsoid_vehicle_sim: without ROS, only the core and the description libraries")
+  message(STATUS "${PROJECT_NAME}: without ROS, only the core and the description libraries")
 endif()

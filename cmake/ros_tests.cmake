@@ -7,7 +7,7 @@ foreach(source IN LISTS ros_test_sources)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/test)
   target_compile_definitions(${name} PRIVATE
     TEST_DATA_DIR="${PROJECT_SOURCE_DIR}/test/data" PACKAGE_DIR="${PROJECT_SOURCE_DIR}")
-  target_link_libraries(${name} PRIVATE ellipsoid_vehicle_sim_ros GTest::gtest_main ellipsoid_vehicle_sim_warnings)
+  target_link_libraries(${name} PRIVATE ${PROJECT_NAME}_ros GTest::gtest_main ${PROJECT_NAME}_warnings)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/test)
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES TIMEOUT 120)

@@ -20,7 +20,7 @@ add_custom_command(OUTPUT ${rolling_mesh}
   COMMAND ${mesh_python} ${PROJECT_SOURCE_DIR}/scripts/make_meshes.py --rolling ${rolling_mesh}
   DEPENDS ${PROJECT_SOURCE_DIR}/scripts/make_meshes.py
   COMMENT "Making the rolling terrain")
-add_custom_target(ellipsoid_vehicle_sim_meshes ALL DEPENDS ${rolling_mesh})
+add_custom_target(${PROJECT_NAME}_meshes ALL DEPENDS ${rolling_mesh})
 install(FILES ${rolling_mesh} DESTINATION ${package_share}/meshes)
 
 if(with_ros)

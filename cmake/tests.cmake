@@ -18,7 +18,7 @@ foreach(source IN LISTS test_sources)
     TEST_DATA_DIR="${PROJECT_SOURCE_DIR}/test/data" PACKAGE_DIR="${PROJECT_SOURCE_DIR}"
     SHARE_DIR="${devel_prefix}/${package_share}")
   target_link_libraries(${name} PRIVATE
-    ellipsoid_vehicle_sim_description ellipsoid_vehicle_sim_core GTest::gtest_main ellipsoid_vehicle_sim_warnings)
+    ${PROJECT_NAME}_description ${PROJECT_NAME}_core GTest::gtest_main ${PROJECT_NAME}_warnings)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/test)
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES TIMEOUT 600)
@@ -41,8 +41,8 @@ if(BUILD_BENCHMARKS AND benchmark_FOUND)
     target_compile_definitions(${name} PRIVATE
       TEST_DATA_DIR="${PROJECT_SOURCE_DIR}/test/data" PACKAGE_DIR="${PROJECT_SOURCE_DIR}"
       SHARE_DIR="${devel_prefix}/${package_share}")
-    target_link_libraries(${name} PRIVATE ellipsoid_vehicle_sim_description benchmark::benchmark
-      ellipsoid_vehicle_sim_warnings)
+    target_link_libraries(${name} PRIVATE ${PROJECT_NAME}_description benchmark::benchmark
+      ${PROJECT_NAME}_warnings)
     set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/benchmark)
   endforeach()
 endif()

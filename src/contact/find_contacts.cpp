@@ -58,8 +58,8 @@ double angleTurned(const Eigen::Matrix3d& R0, const Eigen::Matrix3d& R1) {
 class Evaluation {
  public:
   Evaluation(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const ContactOptions& options,
-             const std::vector<Candidate>& candidates, std::vector<NearTriangle>& near)
-      : ellipsoid_(ellipsoid), memory_(memory), options_(options), near_(near) {
+             const std::vector<Candidate>& candidates, ContactFinder& finder)
+      : ellipsoid_(ellipsoid), memory_(memory), options_(options), near_(finder.near) {
     const Eigen::Vector3d half = ellipsoid.halfBox();
     const Eigen::Vector3d low = ellipsoid.p_WE - half, high = ellipsoid.p_WE + half;
     near_.clear();
@@ -67,6 +67,7 @@ class Evaluation {
       if (!boxesMeet(candidate, low, high)) continue;
       const Eigen::Vector3d& n = candidate.triangle.nhat_W;
       const double s = n.dot(ellipsoid.p_WE - candidate.triangle.v[0]);
+      finder.behind_any = finder.behind_any || s <= 0.0;
       if (s < -kPruneSlack) continue;
       const double h = (ellipsoid.R_WE.transpose() * n).cwiseProduct(ellipsoid.radii).norm();
       if (h - s > -kPruneSlack) near_.push_back({&candidate, h - s, false});
@@ -303,8 +304,9 @@ EllipsoidContacts findContacts(const PosedEllipsoid& ellipsoid, const ContactMem
       memory.fresh ? Eigen::Vector3d::Zero().eval() : (kStepsAhead * (ellipsoid.p_WE - memory.posed.p_WE)).eval();
   const std::vector<Candidate>& candidates =
       finder.cache.around(ellipsoid.p_WE - half, ellipsoid.p_WE + half, travel, terrain, options.cache);
+  finder.behind_any = false;
   if (candidates.empty()) return {};
-  EllipsoidContacts contacts = Evaluation(ellipsoid, memory, options, candidates, finder.near).run();
+  EllipsoidContacts contacts = Evaluation(ellipsoid, memory, options, candidates, finder).run();
   assignShares(contacts);
   return contacts;
 }

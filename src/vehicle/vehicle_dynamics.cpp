@@ -311,10 +311,10 @@ int VehicleDynamics::accept(VehicleState& state, double dt) {
   int passed = 0;
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     const ContactMemory& old = state.memory[i];
-    // Only a centre that was near a surface, or moved by more than its own half width, can have gone through one.
+    // A centre that went through a triangle is behind it now, or has moved too far to tell from the triangles around it.
     if (!old.fresh) {
       const double moved = (posed_[i].p_WE - old.posed.p_WE).norm();
-      if ((old.deepest > 0.5 * posed_[i].radii.minCoeff() || moved > 0.5 * posed_[i].radii.minCoeff()) &&
+      if ((finder_[i].behind_any || moved > 0.5 * posed_[i].radii.minCoeff()) &&
           terrain_.firstFrontCrossing(old.posed.p_WE, posed_[i].p_WE))
         ++passed;
     }

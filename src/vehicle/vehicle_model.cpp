@@ -309,8 +309,13 @@ class Compiler {
       ellipsoid.tangential_mass = masses.tangential;
       ellipsoid.law = contactLaw(ellipsoid, wheel, masses, wheel ? wheel_cap : cap, config_, model_.report);
       const double h = ellipsoid.radii.minCoeff();
-      // Head-on with the whole mass behind it; and never more than its half width in one step.
-      const double speed = std::min(h * std::sqrt(ellipsoid.law.stiffness / model_.mass), h / config_.dt);
+      // Head-on with the whole mass behind it, and never more than its half width in one step. A step's delay lets it sink
+      // deeper than v / omega: over all phases of the touch and damping ratios by up to 1.09 (measured), and to twice that
+      // with explicit Euler, which moves on with the speed of before the touch.
+      const double omega = std::sqrt(ellipsoid.law.stiffness / model_.mass);
+      const bool explicit_euler = config_.integrator == IntegratorKind::kExplicitEuler;
+      const double delay = (explicit_euler ? 1.0 : 0.125) * omega * config_.dt;
+      const double speed = std::min(h * omega / (1.0 + delay), h / ((explicit_euler ? 2.0 : 1.0) * config_.dt));
       model_.stoppable_speed.push_back(speed);
       char line[200];
       std::snprintf(line, sizeof line, "contact of '%s': stops the whole vehicle up to %.3g m/s", ellipsoid.name.c_str(), speed);

@@ -34,7 +34,8 @@ TEST(CandidateCache, HoldsAtLeastTheTrianglesOfTheBoxInTheirOrder) {
     std::set<int> indices;
     for (std::size_t j = 0; j < found.size(); ++j) {
       indices.insert(found[j].index);
-      if (j > 0) EXPECT_LT(found[j - 1].index, found[j].index);
+      if (j == 0) continue;
+      EXPECT_LT(found[j - 1].index, found[j].index);
     }
     std::vector<int> needed;
     terrain->query(Eigen::AlignedBox3d(low, high), needed);

@@ -32,6 +32,7 @@ struct ContactFinder {
 
   CandidateCache cache;
   std::vector<NearTriangle> near;  ///< of the present evaluation.
+  bool behind_any = false;         ///< the centre is not in front of some triangle whose box the ellipsoid's meets.
 };
 
 /// Each ellipsoid meets the one triangle it would have to be pushed furthest to clear (ties: the lowest index); in
