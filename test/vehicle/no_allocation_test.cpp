@@ -76,10 +76,7 @@ TEST(NoAllocation, AThousandStepsOverTrianglesTakeNone) {
       config.contacts_per_ellipsoid = contacts;
       Simulator simulator = make(car(), terrain, config);
       standAt(simulator, -20.0, 0.0, 0.0);
-      // Lists of candidates grow where the ground asks for more than any place before: twice over the same ground.
-      drive(simulator, twist(5.0, 0.3), 2.5);
-      simulator.reset();
-      drive(simulator, twist(5.0, 0.3), 1.5);
+      drive(simulator, twist(5.0, 0.3), 0.1);
       EXPECT_EQ(allocationsOf(simulator, 1000, twist(5.0, 0.3)), 0) << toString(kind);
     }
 }
