@@ -5,15 +5,19 @@ find_package(assimp 5.0 REQUIRED)
 add_library(${PROJECT_NAME}_warnings INTERFACE)
 target_compile_options(${PROJECT_NAME}_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor)
 
-# add_layer(<name> <folder>...): a shared library of all sources in src/<folder>.
-function(add_layer name)
+# find_sources(<variable> <folder>...): all sources in src/<folder>, but for the mains.
+function(find_sources variable)
   set(sources)
   foreach(folder IN LISTS ARGN)
     file(GLOB found CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${folder}/*.cpp)
     list(APPEND sources ${found})
   endforeach()
   list(FILTER sources EXCLUDE REGEX "_main\\.cpp$")
-  add_library(${name} SHARED ${sources})
+  set(${variable} ${sources} PARENT_SCOPE)
+endfunction()
+
+# What every library of ours has in common.
+function(set_up_library name)
   target_compile_features(${name} PUBLIC cxx_std_17)
   target_include_directories(${name} PUBLIC
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
@@ -36,7 +40,9 @@ function(add_system_library target header library debian_package)
 endfunction()
 
 # Core: geometry -> contact -> world -> dynamics -> vehicle. Eigen, and assimp for mesh files. No ROS.
-add_layer(${PROJECT_NAME}_core geometry contact world dynamics vehicle)
+find_sources(core_sources geometry contact world dynamics vehicle)
+add_library(${PROJECT_NAME}_core SHARED ${core_sources})
+set_up_library(${PROJECT_NAME}_core)
 target_link_libraries(${PROJECT_NAME}_core PUBLIC Eigen3::Eigen PRIVATE assimp::assimp)
 set_target_properties(${PROJECT_NAME}_core PROPERTIES EXPORT_NAME core)
 add_library(${PROJECT_NAME}::core ALIAS ${PROJECT_NAME}_core)
@@ -44,16 +50,21 @@ add_library(${PROJECT_NAME}::core ALIAS ${PROJECT_NAME}_core)
 # Description: URDF and YAML files -> what the core is built from. No ROS.
 add_system_library(urdfdom_model_library urdf_parser/urdf_parser.h urdfdom_model liburdfdom-dev)
 add_system_library(tinyxml2_library tinyxml2.h tinyxml2 libtinyxml2-dev)
+add_system_library(console_bridge_library console_bridge/console.h console_bridge libconsole-bridge-dev)
 add_system_library(yaml_cpp_library yaml-cpp/yaml.h yaml-cpp libyaml-cpp-dev)
-add_layer(${PROJECT_NAME}_description description)
-set_target_properties(${PROJECT_NAME}_description PROPERTIES LINKER_LANGUAGE CXX)
+find_sources(description_sources description)
+add_library(${PROJECT_NAME}_description SHARED ${description_sources})
+set_up_library(${PROJECT_NAME}_description)
 target_link_libraries(${PROJECT_NAME}_description
   PUBLIC ${PROJECT_NAME}_core
-  PRIVATE urdfdom_model_library tinyxml2_library yaml_cpp_library assimp::assimp)
+  PRIVATE urdfdom_model_library console_bridge_library tinyxml2_library yaml_cpp_library assimp::assimp)
 
 if(with_ros)
-  add_layer(${PROJECT_NAME}_ros ros)
+  find_sources(ros_sources ros)
+  add_library(${PROJECT_NAME}_ros SHARED ${ros_sources})
+  set_up_library(${PROJECT_NAME}_ros)
   # SYSTEM: the warnings of roscpp's headers are not ours to fix.
+  #catkin_lint: ignore_once external_interface_path
   target_include_directories(${PROJECT_NAME}_ros SYSTEM PUBLIC ${catkin_INCLUDE_DIRS})
   target_link_libraries(${PROJECT_NAME}_ros PUBLIC ${PROJECT_NAME}_description ${catkin_LIBRARIES})
 
@@ -77,5 +88,6 @@ install(EXPORT ${PROJECT_NAME}_core_targets NAMESPACE ellipsoid_vehicle_sim:: DE
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/${PROJECT_NAME}_core-config-version.cmake
   COMPATIBILITY SameMinorVersion)
 configure_file(cmake/${PROJECT_NAME}_core-config.cmake ${PROJECT_BINARY_DIR} COPYONLY)
+#catkin_lint: ignore_once missing_file external_file
 install(FILES ${PROJECT_BINARY_DIR}/${PROJECT_NAME}_core-config-version.cmake
   cmake/${PROJECT_NAME}_core-config.cmake DESTINATION ${core_config} COMPONENT core)

@@ -21,6 +21,7 @@ endfunction()
 
 if(BUILD_ROS)  # ON or AUTO
   if(NOT DEFINED ENV{ROS_DISTRO} AND EXISTS "/opt/ros/noetic")
+    #catkin_lint: ignore_once critical_var_append
     list(APPEND CMAKE_PREFIX_PATH /opt/ros/noetic)
   endif()
   find_ros_python(ros_python)
@@ -33,6 +34,7 @@ if(BUILD_ROS)  # ON or AUTO
     if(BUILD_ROS STREQUAL "AUTO")
       set(or_not QUIET)
     endif()
+    #catkin_lint: ignore_once missing_required
     find_package(catkin ${or_not} COMPONENTS ${ros_components})
     set(with_ros ${catkin_FOUND})
   elseif(NOT BUILD_ROS STREQUAL "AUTO")
@@ -42,6 +44,7 @@ if(BUILD_ROS)  # ON or AUTO
 endif()
 
 if(with_ros)
+  #catkin_lint: ignore_once unused_include_path
   catkin_package(
     INCLUDE_DIRS include
     LIBRARIES ${PROJECT_NAME}_ros ${PROJECT_NAME}_description ${PROJECT_NAME}_core

@@ -1,3 +1,6 @@
+# Not all of scripts/ is meant to be installed; the include path is used, but catkin_lint does not look into functions.
+#catkin_lint: ignore uninstalled_script unused_include_path
+
 # Launch files, vehicles, worlds and programs; the same layout in the build tree (links) and below the prefix (copies), so
 # that names and relative paths resolve in both.
 file(GLOB_RECURSE share_files CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}
@@ -21,10 +24,14 @@ add_custom_command(OUTPUT ${rolling_mesh}
   DEPENDS ${PROJECT_SOURCE_DIR}/scripts/make_meshes.py
   COMMENT "Making the rolling terrain")
 add_custom_target(${PROJECT_NAME}_meshes ALL DEPENDS ${rolling_mesh})
+#catkin_lint: ignore_once external_file
 install(FILES ${rolling_mesh} DESTINATION ${package_share}/meshes)
 
 if(with_ros)
   # Python programs run by roslaunch and rosrun; catkin makes them callable from the build tree too.
   catkin_install_python(PROGRAMS scripts/scripted_driver scripts/vehicle_description DESTINATION ${package_programs})
   install(FILES scripts/shipped_files.py DESTINATION ${package_programs})
+  # simulator.launch calls it by the same path below the package, whether that is the checkout or installed.
+  install(PROGRAMS scripts/vehicle_description DESTINATION ${package_share}/scripts)
+  install(FILES scripts/shipped_files.py DESTINATION ${package_share}/scripts)
 endif()

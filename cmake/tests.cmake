@@ -1,6 +1,7 @@
 # One program per test file, named like it; ctest runs them all. Test data is read where it lies in the sources.
 find_package(GTest 1.10 QUIET CONFIG)
 if(NOT TARGET GTest::gtest_main)
+  #catkin_lint: ignore_once shadowed_find
   find_package(GTest REQUIRED)
 endif()
 if(NOT TARGET GTest::gtest_main)  # its name in the find module of CMake before 3.20

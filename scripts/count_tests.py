@@ -15,7 +15,7 @@ def cases_of(path):
     """Cases of a report: passed, names of the failed, (name, reason) of the skipped."""
     passed, failed, skipped = 0, [], []
     for case in ElementTree.parse(path).getroot().iter("testcase"):
-        name = "%s.%s" % (case.get("classname", ""), case.get("name", ""))
+        name = "%s.%s" % (case.get("classname", "").replace("__main__.", ""), case.get("name", ""))
         reason = case.find("skipped")
         if case.find("failure") is not None or case.find("error") is not None:
             failed.append(name)
@@ -47,7 +47,7 @@ def main():
     for name, verdict in lines:
         ran.add(name)
         reports = glob.glob(os.path.join(results, "gtest", name + ".xml")) + \
-            glob.glob(os.path.join(results, "rostest", name, "**", "*.xml"), recursive=True)
+            glob.glob(os.path.join(results, "rostest", name, "**", "rosunit-*.xml"), recursive=True)
         before = len(failed)
         for report in reports:
             try:

@@ -4,7 +4,8 @@
 PATH=/usr/bin:/bin:/usr/sbin:/sbin:$PATH
 # Somebody else's ROS network is none of ours.
 unset ROS_MASTER_URI ROS_IP ROS_NAMESPACE
-export PATH ROS_HOSTNAME=localhost
+# No __pycache__ in the checkout.
+export PATH ROS_HOSTNAME=localhost PYTHONDONTWRITEBYTECODE=1
 build=${ELLIPSOID_VEHICLE_SIM_BUILD:-$checkout/build}
 
 say() { printf '%s\n' "$*"; }

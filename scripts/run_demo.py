@@ -3,6 +3,7 @@ import argparse
 import ctypes
 import math
 import os
+import shlex
 import shutil
 import signal
 import socket
@@ -14,6 +15,7 @@ import xml.etree.ElementTree as ElementTree
 
 import shipped_files
 
+SCRIPTS = os.path.dirname(os.path.realpath(__file__))
 LEAST_DISTANCE = 1.0  # [m] that the vehicle must have moved
 DEFAULT_SECONDS = 20.0  # [s] simulated, headless; with a window until it is closed
 # Wall time allowed beyond the simulated time: a slow machine, RViz starting.
@@ -36,6 +38,7 @@ def parse_arguments():
                         % ", ".join(sorted(shipped_files.vehicles())))
     parser.add_argument("--world", default="course", help="shipped name or path of a mesh or world YAML: %s"
                         % ", ".join(sorted(shipped_files.worlds())))
+    parser.add_argument("--check", action="store_true", help=argparse.SUPPRESS)  # look at the arguments, do nothing
     arguments = parser.parse_args()
     if arguments.seconds is not None and not 0.0 < arguments.seconds < 1e6:
         parser.error("--seconds must be above 0, and below 1e6")
@@ -135,8 +138,8 @@ def run(arguments, folder):
                "lockstep:=" + ("true" if arguments.headless else "false"),
                "real_time_factor:=" + ("0" if arguments.headless else "1"),
                "summary_file:=" + os.path.join(folder, "summary"),
-               "launch_prefix:=%s %s" % (os.path.join(os.path.dirname(os.path.realpath(__file__)), "record_exit_status"),
-                                         os.path.join(folder, "exit_status"))]
+               "launch_prefix:=%s %s" % (shlex.quote(os.path.join(SCRIPTS, "record_exit_status")),
+                                         shlex.quote(os.path.join(folder, "exit_status")))]
     print("to join from a second terminal:  export ROS_MASTER_URI=http://localhost:%d ROS_HOSTNAME=localhost" % port)
     print("log: %s" % os.path.join(folder, "roslaunch.txt"), flush=True)
 
@@ -192,6 +195,8 @@ def verdict(summary, status, stopped):
 
 def main():
     arguments = parse_arguments()
+    if arguments.check:
+        return 0
     folder = tempfile.mkdtemp(prefix="ellipsoid_vehicle_sim_demo_")
     stopped = run(arguments, folder)
 
