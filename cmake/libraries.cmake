@@ -1,6 +1,8 @@
 # The libraries from the core outwards, and the node. A layer links those before it, never one after.
 find_package(Eigen3 3.3 REQUIRED NO_MODULE)
 find_package(assimp 5.0 REQUIRED)
+set(THREADS_PREFER_PTHREAD_FLAG ON)
+find_package(Threads REQUIRED)
 
 add_library(${PROJECT_NAME}_warnings INTERFACE)
 target_compile_options(${PROJECT_NAME}_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor)
@@ -43,7 +45,7 @@ endfunction()
 find_sources(core_sources geometry contact world dynamics vehicle)
 add_library(${PROJECT_NAME}_core SHARED ${core_sources})
 set_up_library(${PROJECT_NAME}_core)
-target_link_libraries(${PROJECT_NAME}_core PUBLIC Eigen3::Eigen PRIVATE assimp::assimp)
+target_link_libraries(${PROJECT_NAME}_core PUBLIC Eigen3::Eigen PRIVATE assimp::assimp Threads::Threads)
 set_target_properties(${PROJECT_NAME}_core PROPERTIES EXPORT_NAME core)
 add_library(${PROJECT_NAME}::core ALIAS ${PROJECT_NAME}_core)
 

@@ -3,6 +3,7 @@ import argparse
 import ctypes
 import math
 import os
+import re
 import shlex
 import shutil
 import signal
@@ -178,10 +179,17 @@ def read_text(path):
         return ""
 
 
-def verdict(summary, status, stopped):
+def first_error(log):
+    """The first thing a node called an error, without colours and time."""
+    found = re.search(r"\[ *(?:ERROR|FATAL)\] \[[^]]*\]: ([^\x1b\n]*)", log)
+    return ": " + found.group(1) if found else ""
+
+
+def verdict(summary, status, stopped, log):
     """ok, or the first thing that went wrong. The simulator's own exit status counts, not roslaunch's."""
     if not summary:
-        return "the simulator %s and left no report" % ("ended with exit status " + status if status else "did not start")
+        end = "ended with exit status " + status if status else "did not start"
+        return "the simulator %s%s" % (end, first_error(log))
     if summary["result"] != "ok":
         return summary["result"]
     if status != "0":
@@ -203,10 +211,10 @@ def main():
     lines = [line.partition(": ") for line in read_text(os.path.join(folder, "summary")).splitlines()]
     summary = {key: value for key, _, value in lines}
     status = read_text(os.path.join(folder, "exit_status")).strip()
-    result = verdict(summary, status, stopped)
+    log = read_text(os.path.join(folder, "roslaunch.txt"))
+    result = verdict(summary, status, stopped, log)
     if result != "ok":
-        log = read_text(os.path.join(folder, "roslaunch.txt")).splitlines()
-        print("\n".join(log[-40:]), file=sys.stderr, flush=True)
+        print("\n".join(log.splitlines()[-40:]), file=sys.stderr, flush=True)
     else:
         shutil.rmtree(folder, ignore_errors=True)
     for key in KEYS[:-1]:

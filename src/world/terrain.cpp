@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <limits>
 
 #include "ellipsoid_vehicle_sim/world/mesh_report.h"
@@ -9,6 +10,9 @@
 
 namespace ellipsoid_vehicle_sim {
 namespace {
+
+// A thread costs some tens of microseconds; the report of so many triangles takes milliseconds.
+constexpr std::size_t kTrianglesWorthAThread = 50000;
 
 using Corners = std::array<std::uint32_t, 3>;
 using Eigen::Vector3d;
@@ -157,10 +161,14 @@ Loaded<Terrain> Terrain::build(TriangleSoup soup) {
   impl->surfaces = std::move(soup.surfaces);
   impl->triangles.shrink_to_fit();
   impl->surface.shrink_to_fit();
-  impl->report = inspectMesh(impl->vertices, impl->triangles);
+  // Both only read the corners: in a large world the report is made beside the tree, on a second core.
+  const auto inspect = [&impl] { return inspectMesh(impl->vertices, impl->triangles); };
+  const bool large = impl->triangles.size() > kTrianglesWorthAThread;
+  std::future<MeshReport> report = std::async(large ? std::launch::async : std::launch::deferred, inspect);
+  impl->tree = MeshTree(impl->vertices, impl->triangles);
+  impl->report = report.get();
   impl->report.read = read;
   impl->report.zero_area = zero_area;
-  impl->tree = MeshTree(impl->vertices, impl->triangles);
   result.value = Terrain(std::move(impl));
   return result;
 }
