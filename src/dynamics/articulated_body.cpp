@@ -1,79 +1,147 @@
 #include "ellipsoid_vehicle_sim/dynamics/articulated_body.h"
 
-#include <Eigen/LU>
 #include <cmath>
 #include <utility>
 
 namespace ellipsoid_vehicle_sim {
+namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-ArticulatedBody::ArticulatedBody(std::vector<Body> bodies)
-    : bodies_(std::move(bodies)), kinematics_(bodies_.size()), forces_(bodies_.size()), work_(bodies_.size()) {
-  for (const Body& body : bodies_) {
-    total_mass_ += body.inertia.mass;
-    shortcuts_.push_back(shortcutOf(body));
-  }
-}
+// Inertia that is the same about every axis square to k to within rounding counts as balanced [-].
+constexpr double kBalanced = 1e-12;
 
-ArticulatedBody::Shortcut ArticulatedBody::shortcutOf(const Body& body) {
-  Shortcut shortcut;
-  shortcut.R_PB = body.X_PB.q.toRotationMatrix();
-  shortcut.aligned = shortcut.R_PB == Matrix3d::Identity();
+double alongAxis(const Body& body) { return body.axis_B.dot(body.inertia.I_cm_A * body.axis_B); }
+
+// The body turns about an axis that its mass is even about: the turn moves no mass.
+bool isBalanced(const Body& body) {
+  if (body.motion != BodyMotion::kDynamic || body.prismatic || !body.spin_symmetric) return false;
   const Matrix3d& I = body.inertia.I_cm_A;
   const Vector3d& k = body.axis_B;
-  shortcut.along = k.dot(I * k);
-  shortcut.across = 0.5 * (I.trace() - shortcut.along);
-  const Matrix3d form = shortcut.across * Matrix3d::Identity() + (shortcut.along - shortcut.across) * k * k.transpose();
-  shortcut.axial = (I - form).cwiseAbs().maxCoeff() <= 1e-12 * I.cwiseAbs().maxCoeff();
+  const double along = alongAxis(body), across = 0.5 * (I.trace() - along);
+  const Matrix3d even = across * Matrix3d::Identity() + (along - across) * k * k.transpose();
   const Vector3d off = body.inertia.p_Acm - k.dot(body.inertia.p_Acm) * k;
-  shortcut.balanced = shortcut.axial && body.spin_symmetric && !body.prismatic && off.isZero(0.0);
-  return shortcut;
+  return off.isZero(0.0) && (I - even).cwiseAbs().maxCoeff() <= kBalanced * I.cwiseAbs().maxCoeff();
 }
 
-void ArticulatedBody::positions(const Eigen::Quaterniond& q_WB, const double* q, const PrescribedMotion* prescribed) {
-  kinematics_[0].R_WB = q_WB.toRotationMatrix();
-  kinematics_[0].p_OB.setZero();
+// A turn by `angle` about the unit axis k.
+Frame3 turnAbout(const Vec3& k, double angle) {
+  const double s = std::sin(angle), c = std::cos(angle);
+  const Vec3 t = (1.0 - c) * k, sk = s * k;
+  return {{c + t.x * k.x, t.x * k.y + sk.z, t.x * k.z - sk.y},
+          {t.x * k.y - sk.z, c + t.y * k.y, t.y * k.z + sk.x},
+          {t.x * k.z + sk.y, t.y * k.z - sk.x, c + t.z * k.z}};
+}
+
+}  // namespace
+
+ArticulatedBody::ArticulatedBody(std::vector<Body> bodies)
+    : bodies_(std::move(bodies)),
+      kinematics_(bodies_.size()),
+      forces_(bodies_.size()),
+      work_(bodies_.size()),
+      spin_acceleration_(bodies_.size(), 0.0) {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    total_mass_ += bodies_[i].inertia.mass;
+    constants_.push_back(constantsOf(i));
+    (constants_[i].rotor ? rotors_ : branches_).push_back(static_cast<int>(i));
+  }
+  carryRotors();
+  settleOrientations();
+}
+
+ArticulatedBody::Constants ArticulatedBody::constantsOf(std::size_t i) const {
+  const Body& body = bodies_[i];
+  Constants c;
+  c.R_PB = columns(body.X_PB.q.toRotationMatrix());
+  c.p_PB = Vec3::from(body.X_PB.p);
+  c.axis_B = Vec3::from(body.axis_B);
+  c.mass = body.inertia.mass;
+  c.p_Bcm = Vec3::from(body.inertia.p_Acm);
+  c.I_cm_B = Symmetric3::from(body.inertia.I_cm_A);
+  c.rotor = isBalanced(body);
+  for (const Body& other : bodies_) c.rotor = c.rotor && other.parent != static_cast<int>(i);
+  c.spin_inertia = c.rotor ? alongAxis(body) : 0.0;
+  return c;
+}
+
+// Mass and inertia across the axis of every rotor go to the body that carries it.
+void ArticulatedBody::carryRotors() {
+  std::vector<RigidInertia> carried;
+  for (const Body& body : bodies_) carried.push_back(body.inertia);
+  for (const int i : rotors_) {
+    RigidInertia still = bodies_[i].inertia;
+    still.I_cm_A -= constants_[i].spin_inertia * bodies_[i].axis_B * bodies_[i].axis_B.transpose();
+    carried[bodies_[i].parent] = carried[bodies_[i].parent] + still.seenFrom(bodies_[i].X_PB);
+  }
+  for (const int i : branches_) {
+    constants_[i].mass = carried[i].mass;
+    constants_[i].p_Bcm = Vec3::from(carried[i].p_Acm);
+    constants_[i].I_cm_B = Symmetric3::from(carried[i].I_cm_A);
+  }
+}
+
+// Along slides and about the axes of symmetric bodies nothing turns.
+void ArticulatedBody::settleOrientations() {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    Constants& c = constants_[i];
+    BodyKinematics& k = kinematics_[i];
+    if (i > 0) {
+      const int parent = bodies_[i].parent;
+      c.steady = constants_[parent].steady && (bodies_[i].prismatic || bodies_[i].spin_symmetric);
+      k.R_OB = fromFrame(kinematics_[parent].R_OB, c.R_PB);
+      c.p_PB_O = fromFrame(kinematics_[parent].R_OB, c.p_PB);
+    } else {
+      c.steady = true;
+      c.p_PB_O = {0.0, 0.0, 0.0};
+    }
+    c.p_cm_O = fromFrame(k.R_OB, c.p_Bcm);
+    c.I_cm_O = turned(k.R_OB, c.I_cm_B);
+    const Vec3 axis = fromFrame(k.R_OB, c.axis_B);
+    (bodies_[i].prismatic ? k.axis.linear : k.axis.angular) = axis;
+  }
+}
+
+void ArticulatedBody::positions(const double* q, const PrescribedMotion* prescribed) {
   for (std::size_t i = 1; i < bodies_.size(); ++i) {
     const Body& body = bodies_[i];
+    const Constants& c = constants_[i];
     const BodyKinematics& parent = kinematics_[body.parent];
     BodyKinematics& k = kinematics_[i];
-    if (shortcuts_[i].aligned) {
-      k.R_WB = parent.R_WB;
-    } else {
-      k.R_WB.noalias() = parent.R_WB * shortcuts_[i].R_PB;
+    const double position =
+        body.motion == BodyMotion::kDynamic ? q[body.coordinate] : prescribed[body.coordinate].position;
+    k.p_OB = parent.p_OB + (constants_[body.parent].steady ? c.p_PB_O : fromFrame(parent.R_OB, c.p_PB));
+    if (!c.steady) {
+      // The joint leaves its own axis where it is.
+      k.R_OB = fromFrame(parent.R_OB, c.R_PB);
+      (body.prismatic ? k.axis.linear : k.axis.angular) = fromFrame(k.R_OB, c.axis_B);
+      if (!body.prismatic && !body.spin_symmetric) k.R_OB = fromFrame(k.R_OB, turnAbout(c.axis_B, position));
     }
-    k.p_OB = parent.p_OB + parent.R_WB * body.X_PB.p;
-    const Vector3d axis_W = k.R_WB * body.axis_B;
-    const double position = body.motion == BodyMotion::kDynamic ? q[body.coordinate] : prescribed[body.coordinate].position;
     if (body.prismatic) {
-      k.axis = {Vector3d::Zero(), axis_W};
-      k.p_OB += position * axis_W;
+      k.p_OB += position * k.axis.linear;
     } else {
-      k.axis = {axis_W, k.p_OB.cross(axis_W)};
-      if (!body.spin_symmetric) k.R_WB = k.R_WB * Eigen::AngleAxisd(position, body.axis_B).toRotationMatrix();
+      k.axis.linear = cross(k.p_OB, k.axis.angular);
     }
   }
 }
 
-void ArticulatedBody::velocities(const Vector3d& w_WB, const double* qd, const PrescribedMotion* prescribed) {
-  kinematics_[0].velocity = {w_WB, Vector3d::Zero()};
+void ArticulatedBody::velocities(const Vec3& w_B, const double* qd, const PrescribedMotion* prescribed) {
+  kinematics_[0].velocity = {w_B, {0.0, 0.0, 0.0}};
   for (std::size_t i = 1; i < bodies_.size(); ++i) {
     const Body& body = bodies_[i];
     const Spatial& v = kinematics_[body.parent].velocity;
     BodyKinematics& k = kinematics_[i];
     const double speed = body.motion == BodyMotion::kDynamic ? qd[body.coordinate] : prescribed[body.coordinate].velocity;
     // The joint's own speed crossed with itself vanishes: the parent's velocity is enough for the bias.
+    const Vec3 moving = speed * k.axis.linear;
     if (body.prismatic) {
-      const Vector3d sliding = speed * k.axis.linear;
-      k.velocity = {v.angular, v.linear + sliding};
-      k.bias = {Vector3d::Zero(), v.angular.cross(sliding)};
+      k.velocity = {v.angular, v.linear + moving};
+      k.bias = {{0.0, 0.0, 0.0}, cross(v.angular, moving)};
     } else {
-      const Vector3d turning = speed * k.axis.angular;
-      const Vector3d moving = speed * k.axis.linear;
+      const Vec3 turning = speed * k.axis.angular;
       k.velocity = {v.angular + turning, v.linear + moving};
-      k.bias = {v.angular.cross(turning), v.angular.cross(moving) + v.linear.cross(turning)};
+      if (!constants_[i].rotor) k.bias = {cross(v.angular, turning), cross(v.angular, moving) + cross(v.linear, turning)};
     }
   }
 }
@@ -82,98 +150,83 @@ void ArticulatedBody::clearForces() {
   for (Spatial& force : forces_) force = Spatial{};
 }
 
-Spatial ArticulatedBody::accelerations(const double* tau, const PrescribedMotion* prescribed, const Vector3d& gravity_W,
+// The body by itself: its inertia at O and v x* (I v), less the external force.
+void ArticulatedBody::setOwnInertia(std::size_t i) {
+  const Constants& body = constants_[i];
+  const BodyKinematics& k = kinematics_[i];
+  Work& w = work_[i];
+  const Vec3 c = k.p_OB + (body.steady ? body.p_cm_O : fromFrame(k.R_OB, body.p_Bcm));
+  const Symmetric3 I = body.steady ? body.I_cm_O : turned(k.R_OB, body.I_cm_B);
+  w.I.setRigid(body.mass, c, I);
+  // From the centre of mass: the moment of momentum about O turns, and O's own transport adds v x p.
+  const Spatial& v = k.velocity;
+  const Vec3 momentum = body.mass * (v.linear + cross(v.angular, c));
+  const Vec3 moment_O = I * v.angular + cross(c, momentum);
+  w.bias_force = {cross(v.angular, moment_O) + cross(v.linear, momentum) - forces_[i].angular,
+                  cross(v.angular, momentum) - forces_[i].linear};
+}
+
+// A rotor hands every force on to its carrier but the moment along its axis, which spins it up together with the joint's
+// effort; and the carrier has to turn its momentum.
+void ArticulatedBody::releaseRotor(std::size_t i, const double* tau) {
+  const Body& body = bodies_[i];
+  const BodyKinematics& k = kinematics_[i];
+  const Spatial& external = forces_[i];
+  Work& parent = work_[body.parent];
+  const double moment = tau[body.coordinate] + dot(k.axis, external);
+  const double momentum = constants_[i].spin_inertia * dot(k.axis.angular, k.velocity.angular);
+  parent.bias_force.angular +=
+      moment * k.axis.angular + momentum * cross(kinematics_[body.parent].velocity.angular, k.axis.angular) -
+      external.angular;
+  parent.bias_force.linear -= external.linear;
+  spin_acceleration_[i] = moment / constants_[i].spin_inertia;
+}
+
+// What the parent feels of the body below it: all of its inertia but along the joint's free motion, and the force that
+// comes with what moves whatever the parent does.
+void ArticulatedBody::passToParent(std::size_t i, const double* tau, const PrescribedMotion* prescribed) {
+  const Body& body = bodies_[i];
+  const BodyKinematics& k = kinematics_[i];
+  Work& w = work_[i];
+  Work& parent = work_[body.parent];
+  Spatial a = k.bias;
+  if (body.motion == BodyMotion::kPrescribed) a += prescribed[body.coordinate].acceleration * k.axis;
+  Spatial passed = w.I * a + w.bias_force;
+  if (body.motion == BodyMotion::kDynamic) {
+    w.U = body.prismatic ? w.I.timesLinear(k.axis.linear) : w.I * k.axis;
+    w.D = dot(k.axis, w.U);
+    w.u = tau[body.coordinate] - dot(k.axis, w.bias_force);
+    const double inverse_D = 1.0 / w.D;
+    passed += ((w.u - dot(a, w.U)) * inverse_D) * w.U;
+    parent.I.addWithout(w.I, w.U, inverse_D);
+  } else {
+    parent.I.add(w.I);
+  }
+  parent.bias_force += passed;
+}
+
+Spatial ArticulatedBody::accelerations(const double* tau, const PrescribedMotion* prescribed, const Vec3& gravity,
                                        double* qdd) {
   // Gravity is even: it accelerates O and nothing relative to it, so it enters at the very end.
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const RigidInertia& inertia = bodies_[i].inertia;
-    const BodyKinematics& k = kinematics_[i];
-    Work& w = work_[i];
-    Vector3d c = Vector3d::Zero();
-    if (i > 0) c = k.p_OB + k.R_WB * inertia.p_Acm;
-    const double m = inertia.mass;
-    Matrix3d I_W;
-    const Shortcut& shortcut = shortcuts_[i];
-    if (shortcut.axial) {
-      const Vector3d axis_W = k.R_WB * bodies_[i].axis_B;
-      I_W.noalias() = ((shortcut.along - shortcut.across) * axis_W) * axis_W.transpose();
-      I_W.diagonal().array() += shortcut.across;
-    } else {
-      const Matrix3d RI = k.R_WB * inertia.I_cm_A;
-      I_W.noalias() = RI * k.R_WB.transpose();
-    }
-    w.I.setRigid(m, c, I_W);
-    // v x* (I v), from the centre of mass: the moment of momentum about O turns, and O's own transport adds v x p.
-    const Spatial& v = k.velocity;
-    const Vector3d momentum = m * (v.linear + v.angular.cross(c));
-    const Vector3d moment_O = I_W * v.angular + c.cross(momentum);
-    w.bias_force.angular = v.angular.cross(moment_O) + v.linear.cross(momentum) - forces_[i].angular;
-    w.bias_force.linear = v.angular.cross(momentum) - forces_[i].linear;
-  }
-
-  for (std::size_t i = bodies_.size() - 1; i > 0; --i) {
-    const Body& body = bodies_[i];
-    const BodyKinematics& k = kinematics_[i];
-    Work& w = work_[i];
-    Work& parent = work_[body.parent];
-
-    // Acceleration that this body has whatever the parent and its coordinate do, and the force that it takes.
-    Spatial a = k.bias;
-    if (body.motion == BodyMotion::kPrescribed) {
-      const double acceleration = prescribed[body.coordinate].acceleration;
-      a.angular += acceleration * k.axis.angular;
-      a.linear += acceleration * k.axis.linear;
-    }
-    Spatial passed = w.I * a;
-    passed.angular += w.bias_force.angular;
-    passed.linear += w.bias_force.linear;
-    if (body.motion == BodyMotion::kDynamic) {
-      if (shortcuts_[i].balanced) {
-        w.U = {shortcuts_[i].along * k.axis.angular, Vector3d::Zero()};
-        w.D = shortcuts_[i].along;
-      } else {
-        w.U = body.prismatic ? w.I.timesLinear(k.axis.linear) : w.I * k.axis;
-        w.D = dot(k.axis, w.U);
-      }
-      w.u = tau[body.coordinate] - dot(k.axis, w.bias_force);
-      const double inverse_D = 1.0 / w.D;
-      const double along = (w.u - dot(a, w.U)) * inverse_D;
-      passed.angular += along * w.U.angular;
-      passed.linear += along * w.U.linear;
-      if (shortcuts_[i].balanced) {
-        parent.I.addWithoutTurning(w.I, k.axis.angular, w.D);
-      } else {
-        parent.I.addWithout(w.I, w.U, inverse_D);
-      }
-    } else {
-      parent.I.add(w.I);
-    }
-    parent.bias_force.angular += passed.angular;
-    parent.bias_force.linear += passed.linear;
-  }
+  for (const int i : branches_) setOwnInertia(i);
+  for (const int i : rotors_) releaseRotor(i, tau);
+  for (std::size_t j = branches_.size() - 1; j > 0; --j) passToParent(branches_[j], tau, prescribed);
 
   // The base: no force but the ones collected.
   Work& base = work_[0];
   if (bodies_.size() == 1) {
     // One rigid body about its centre of mass: turning and moving do not mix.
-    base.acceleration.angular = base.I.J().inverse() * -base.bias_force.angular;
-    base.acceleration.linear = base.bias_force.linear / -bodies_[0].inertia.mass;
+    base.acceleration = {base.I.J().solve(-base.bias_force.angular), (-1.0 / constants_[0].mass) * base.bias_force.linear};
   } else {
-    const Matrix3d H = base.I.H();
-    const Matrix3d M_inverse = base.I.M().inverse();
-    const Matrix3d HM = H * M_inverse;
-    const Matrix3d schur = base.I.J() - HM * H.transpose();
-    base.acceleration.angular = schur.inverse() * (HM * base.bias_force.linear - base.bias_force.angular);
-    base.acceleration.linear = M_inverse * (-base.bias_force.linear - H.transpose() * base.acceleration.angular);
+    base.acceleration = base.I.accelerationUnder(-1.0 * base.bias_force);
   }
 
-  for (std::size_t i = 1; i < bodies_.size(); ++i) {
+  for (std::size_t j = 1; j < branches_.size(); ++j) {
+    const int i = branches_[j];
     const Body& body = bodies_[i];
     const BodyKinematics& k = kinematics_[i];
     Work& w = work_[i];
-    const Spatial& parent = work_[body.parent].acceleration;
-    w.acceleration.angular = parent.angular + k.bias.angular;
-    w.acceleration.linear = parent.linear + k.bias.linear;
+    w.acceleration = work_[body.parent].acceleration + k.bias;
     double speedup;
     if (body.motion == BodyMotion::kDynamic) {
       speedup = (w.u - dot(w.acceleration, w.U)) / w.D;
@@ -181,38 +234,52 @@ Spatial ArticulatedBody::accelerations(const double* tau, const PrescribedMotion
     } else {
       speedup = prescribed[body.coordinate].acceleration;
     }
-    w.acceleration.angular += speedup * k.axis.angular;
-    w.acceleration.linear += speedup * k.axis.linear;
+    w.acceleration += speedup * k.axis;
   }
-  return {base.acceleration.angular, base.acceleration.linear + gravity_W};
+  for (const int i : rotors_) {
+    const Body& body = bodies_[i];
+    spin_acceleration_[i] -= dot(kinematics_[i].axis.angular, work_[body.parent].acceleration.angular);
+    qdd[body.coordinate] = spin_acceleration_[i];
+  }
+  return {base.acceleration.angular, base.acceleration.linear + gravity};
+}
+
+Spatial ArticulatedBody::acceleration(int body) const {
+  if (!constants_[body].rotor) return work_[body].acceleration;
+  const BodyKinematics& k = kinematics_[body];
+  const Spatial& v = kinematics_[bodies_[body].parent].velocity;
+  const Vec3 turning = k.velocity.angular - v.angular, moving = k.velocity.linear - v.linear;
+  const Spatial bias{cross(v.angular, turning), cross(v.angular, moving) + cross(v.linear, turning)};
+  return work_[bodies_[body].parent].acceleration + bias + spin_acceleration_[body] * k.axis;
 }
 
 double ArticulatedBody::prescribedEffort(int body) const {
   const Work& w = work_[body];
-  Spatial force = w.I * w.acceleration;
-  force.angular += w.bias_force.angular;
-  force.linear += w.bias_force.linear;
-  return dot(kinematics_[body].axis, force);
+  return dot(kinematics_[body].axis, w.I * w.acceleration + w.bias_force);
 }
 
-double ArticulatedBody::kineticEnergy(const Vector3d& v_WB) const {
+double ArticulatedBody::articulatedInertia(int body) const {
+  return constants_[body].rotor ? constants_[body].spin_inertia : work_[body].D;
+}
+
+double ArticulatedBody::kineticEnergy(const Vec3& v_B) const {
   double twice = 0.0;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const BodyKinematics& k = kinematics_[i];
     const RigidInertia& inertia = bodies_[i].inertia;
-    const Vector3d c = i == 0 ? Vector3d::Zero().eval() : (k.p_OB + k.R_WB * inertia.p_Acm).eval();
-    const Vector3d w_B = k.R_WB.transpose() * k.velocity.angular;
-    const Vector3d v_cm = v_WB + k.velocity.linear + k.velocity.angular.cross(c);
-    twice += inertia.mass * v_cm.squaredNorm() + w_B.dot(inertia.I_cm_A * w_B);
+    const Vec3 c = k.p_OB + fromFrame(k.R_OB, Vec3::from(inertia.p_Acm));
+    const Vec3 w = toFrame(k.R_OB, k.velocity.angular);
+    const Vec3 v_cm = v_B + k.velocity.linear + cross(k.velocity.angular, c);
+    twice += inertia.mass * squaredNorm(v_cm) + dot(w, Symmetric3::from(inertia.I_cm_A) * w);
   }
   return 0.5 * twice;
 }
 
-Vector3d ArticulatedBody::massMoment() const {
-  Vector3d moment = Vector3d::Zero();
-  for (std::size_t i = 1; i < bodies_.size(); ++i) {
+Vec3 ArticulatedBody::massMoment() const {
+  Vec3 moment{0.0, 0.0, 0.0};
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const RigidInertia& inertia = bodies_[i].inertia;
-    moment += inertia.mass * (kinematics_[i].p_OB + kinematics_[i].R_WB * inertia.p_Acm);
+    moment += inertia.mass * (kinematics_[i].p_OB + fromFrame(kinematics_[i].R_OB, Vec3::from(inertia.p_Acm)));
   }
   return moment;
 }

@@ -27,10 +27,11 @@ constexpr double kRelaxationSteps = 2.0;
 double mobility(ArticulatedBody& tree, int body, const Vector3d& p_OX, const Vector3d& force, const Vector3d& along,
                 std::vector<double>& zeros, std::vector<double>& qdd, const std::vector<PrescribedMotion>& still) {
   tree.clearForces();
-  tree.addForce(body, p_OX, force);
-  const Spatial base = tree.accelerations(zeros.data(), still.data(), Vector3d::Zero(), qdd.data());
-  const Spatial& a = body == 0 ? base : tree.acceleration(body);
-  return along.dot(a.linear + a.angular.cross(p_OX));
+  const Vec3 p = Vec3::from(p_OX);
+  tree.addForce(body, p, Vec3::from(force));
+  tree.accelerations(zeros.data(), still.data(), Vec3{0.0, 0.0, 0.0}, qdd.data());
+  const Spatial a = tree.acceleration(body);
+  return dot(Vec3::from(along), a.linear + cross(a.angular, p));
 }
 
 }  // namespace
@@ -40,7 +41,8 @@ ContactMasses contactMasses(ArticulatedBody& tree, const ModelEllipsoid& ellipso
   std::vector<double> zeros(coordinates, 0.0), qdd(coordinates, 0.0);
   const std::vector<PrescribedMotion> still(coordinates);
   const BodyKinematics& k = tree.kinematics(ellipsoid.body);
-  const PosedEllipsoid posed(k.p_OB + k.R_WB * ellipsoid.X_BE.p, k.R_WB * ellipsoid.R_BE, ellipsoid.radii);
+  const Eigen::Matrix3d R_OB = k.R_OB.toEigen();
+  const PosedEllipsoid posed(k.p_OB.toEigen() + R_OB * ellipsoid.X_BE.p, R_OB * ellipsoid.R_BE, ellipsoid.radii);
 
   std::vector<Vector3d> normals = {Vector3d::UnitZ()};
   if (!ground_wheel) {

@@ -86,8 +86,7 @@ bool raiseClear(const VehicleModel& model, const Terrain& terrain, const SimConf
     double lift = 0.0;
     for (std::size_t i = 0; i < model.ellipsoids.size(); ++i) {
       const ModelEllipsoid& e = model.ellipsoids[i];
-      const BodyKinematics& body = dynamics.tree().kinematics(e.body);
-      const PosedEllipsoid posed(state.motion.X_WB.p + body.p_OB + body.R_WB * e.X_BE.p, body.R_WB * e.R_BE, e.radii);
+      const PosedEllipsoid& posed = dynamics.posedEllipsoids()[i];
       if (const auto ground = groundHeight(terrain, posed.p_WE.x(), posed.p_WE.y()))
         lift = std::max(lift, *ground + 1e-3 * e.radii.minCoeff() - posed.p_WE.z());
       const EllipsoidContacts contacts = findContacts(posed, unknown, terrain, options, finders[i]);

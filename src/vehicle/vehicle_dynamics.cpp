@@ -17,7 +17,7 @@ VehicleDynamics::VehicleDynamics(const VehicleModel& model, const SimConfig& con
       terrain_(terrain),
       options_{config.contact_rule, config.contacts_per_ellipsoid, config.contact_memory, config.candidate_cache},
       tree_(model.bodies),
-      gravity_W_(0.0, 0.0, -config.gravity),
+      gravity_W_{0.0, 0.0, -config.gravity},
       prescribed_(std::max(model.prescribed_joints.size(), model.bodies.size())),
       posed_(model.ellipsoids.size()),
       contacts_(model.ellipsoids.size()),
@@ -26,6 +26,14 @@ VehicleDynamics::VehicleDynamics(const VehicleModel& model, const SimConfig& con
       motor_torque_(model.drive.wheels.size(), 0.0),
       hold_limit_(model.dynamic_joints.size(), 0.0) {
   active_.reserve(model.ellipsoids.size() * kMaxContactsPerEllipsoid);
+  for (const ModelEllipsoid& ellipsoid : model.ellipsoids) {
+    // Of a body that no joint turns this holds for good.
+    const BodyKinematics& k = tree_.kinematics(ellipsoid.body);
+    const Vec3 p_BE = Vec3::from(ellipsoid.X_BE.p);
+    mounts_.push_back({p_BE, fromFrame(k.R_OB, p_BE), fromFrame(k.R_OB, columns(ellipsoid.R_BE))});
+  }
+  posed_at_.assign(7 + model.dynamic_joints.size() + model.prescribed_joints.size(), std::nan(""));
+  moving_at_.assign(3 + model.dynamic_joints.size() + model.prescribed_joints.size(), std::nan(""));
   for (const Surface& surface : terrain.surfaces()) {
     FrictionCoefficients mu;
     mu.mu_static = surface.mu_static.value_or(surface.mu_kinetic.value_or(config.mu_static));
@@ -70,14 +78,54 @@ void VehicleDynamics::prescribe(double fraction) {
   }
 }
 
+namespace {
+
+// Writes a value of the key, and tells by `same` if it was another.
+void put(double*& key, double value, bool& same) {
+  same = same && *key == value;
+  *key++ = value;
+}
+
+}  // namespace
+
+// A step ends at the state that the next one begins with: what was worked out there is kept.
 void VehicleDynamics::pose(const Motion& x) {
-  tree_.positions(x.X_WB.q, x.q.data(), prescribed_.data());
+  bool same = true;
+  double* key = posed_at_.data();
+  for (int i = 0; i < 3; ++i) put(key, x.X_WB.p[i], same);
+  for (int i = 0; i < 4; ++i) put(key, x.X_WB.q.coeffs()[i], same);
+  for (const double q : x.q) put(key, q, same);
+  for (std::size_t i = 0; i < frozen_->profiles.size(); ++i) put(key, prescribed_[i].position, same);
+  if (same) return;
+
+  std::fill(moving_at_.begin(), moving_at_.end(), std::nan(""));
+  R_WB_ = columns(x.X_WB.q.toRotationMatrix());
+  tree_.positions(x.q.data(), prescribed_.data());
   for (std::size_t i = 0; i < posed_.size(); ++i) {
     const ModelEllipsoid& ellipsoid = model_.ellipsoids[i];
     const BodyKinematics& k = tree_.kinematics(ellipsoid.body);
-    const Vector3d p_OE = k.p_OB + k.R_WB * ellipsoid.X_BE.p;
-    posed_[i] = PosedEllipsoid(x.X_WB.p + p_OE, k.R_WB * ellipsoid.R_BE, ellipsoid.radii);
+    const bool steady = tree_.isSteady(ellipsoid.body);
+    const Mount& mount = mounts_[i];
+    const Vec3 p_OE = k.p_OB + (steady ? mount.p_BE_O : fromFrame(k.R_OB, mount.p_BE));
+    const Frame3 R_OE = steady ? mount.R_OE : fromFrame(k.R_OB, columns(ellipsoid.R_BE));
+    posed_[i] = PosedEllipsoid(x.X_WB.p + fromFrame(R_WB_, p_OE).toEigen(), fromFrame(R_WB_, R_OE).toEigen(),
+                               ellipsoid.radii);
   }
+}
+
+// After pose().
+void VehicleDynamics::move(const Motion& x) {
+  bool same = true;
+  double* key = moving_at_.data();
+  for (int i = 0; i < 3; ++i) put(key, x.w_WB[i], same);
+  for (const double qd : x.qd) put(key, qd, same);
+  for (std::size_t i = 0; i < frozen_->profiles.size(); ++i) put(key, prescribed_[i].velocity, same);
+  if (!same) tree_.velocities(toFrame(R_WB_, Vec3::from(x.w_WB)), x.qd.data(), prescribed_.data());
+}
+
+// Velocity of a point of a body in W; p_OX from the base's origin, in W.
+Vec3 VehicleDynamics::pointVelocity(const Motion& x, int body, const Vec3& p_OX) const {
+  return Vec3::from(x.v_WB) + fromFrame(R_WB_, tree_.pointVelocity(body, toFrame(R_WB_, p_OX)));
 }
 
 void VehicleDynamics::findAll(bool at_remembered_pose) {
@@ -104,8 +152,8 @@ double VehicleDynamics::treadSpeed(int tread) const {
 Vector3d VehicleDynamics::surfaceVelocity(const Motion& x, ActiveContact& active, Vector3d& v_roll) const {
   const ModelEllipsoid& ellipsoid = model_.ellipsoids[active.ellipsoid];
   const Vector3d from_centre = active.contact.p_WE_lowest - posed_[active.ellipsoid].p_WE;
-  Vector3d v = x.v_WB + tree_.pointVelocity(ellipsoid.body, active.p_OC);
-  v_roll = tree_.kinematics(ellipsoid.body).velocity.angular.cross(from_centre);
+  Vector3d v = pointVelocity(x, ellipsoid.body, Vec3::from(active.p_OC)).toEigen();
+  v_roll = cross(fromFrame(R_WB_, tree_.kinematics(ellipsoid.body).velocity.angular), Vec3::from(from_centre)).toEigen();
   active.roll_axis.setZero();
   if (ellipsoid.tread < 0) return v;
 
@@ -114,7 +162,8 @@ Vector3d VehicleDynamics::surfaceVelocity(const Motion& x, ActiveContact& active
   Vector3d axle_B = tread.axle_B;
   if (tread.steer >= 0)
     axle_B = Eigen::AngleAxisd(prescribed_[tread.steer].position, tread.steer_axis_B) * axle_B;
-  const Vector3d axle_W = tree_.kinematics(ellipsoid.body).R_WB * axle_B;
+  const Vector3d axle_W =
+      fromFrame(R_WB_, fromFrame(tree_.kinematics(ellipsoid.body).R_OB, Vec3::from(axle_B))).toEigen();
   if (frozen_->treads[ellipsoid.tread].mode == TreadState::Mode::kTurning) {
     const Vector3d running = treadSpeed(ellipsoid.tread) * axle_W.cross(from_centre);
     v += running;
@@ -178,8 +227,8 @@ void VehicleDynamics::applyContacts(const Motion& x) {
       anchorOf(x, active, anchor);
       active.force = contactForce(lawOf(active.ellipsoid), frictionOf(active.contact.triangle), active.contact.nhat_W,
                                   active.contact.pressed, active.contact.share, v, v_roll, anchor);
-      tree_.addForce(model_.ellipsoids[i].body, active.p_OC,
-                     active.force.normal * active.contact.nhat_W + active.force.friction_W);
+      const Vector3d f_W = active.force.normal * active.contact.nhat_W + active.force.friction_W;
+      tree_.addForce(model_.ellipsoids[i].body, toFrame(R_WB_, Vec3::from(active.p_OC)), toFrame(R_WB_, Vec3::from(f_W)));
       active_.push_back(active);
     }
   }
@@ -224,21 +273,22 @@ void VehicleDynamics::anchorRates(MotionRate& k) const {
 void VehicleDynamics::rate(const Motion& x, double fraction, MotionRate& k) {
   prescribe(fraction);
   pose(x);
-  tree_.velocities(x.w_WB, x.qd.data(), prescribed_.data());
+  move(x);
   // The step starts at the pose the memory was taken at: its contacts are known.
   findAll(fraction == 0.0);
   applyContacts(x);
   jointForces(x, k, false);
   anchorRates(k);
-  const Spatial base = tree_.accelerations(joint_effort_.data(), prescribed_.data(), gravity_W_, k.qd.data());
+  const Spatial base =
+      tree_.accelerations(joint_effort_.data(), prescribed_.data(), toFrame(R_WB_, gravity_W_), k.qd.data());
   k.v = x.v_WB;
   k.w = x.w_WB;
-  k.a = base.linear;
-  k.alpha = base.angular;
+  k.a = fromFrame(R_WB_, base.linear).toEigen();
+  k.alpha = fromFrame(R_WB_, base.angular).toEigen();
 }
 
 void VehicleDynamics::positionRates(const Motion& x, MotionRate& k) {
-  tree_.velocities(x.w_WB, x.qd.data(), prescribed_.data());
+  move(x);
   for (ActiveContact& active : active_) {
     Vector3d v_roll, anchor;
     const Vector3d v = surfaceVelocity(x, active, v_roll);
@@ -305,7 +355,7 @@ int VehicleDynamics::accept(VehicleState& state, double dt) {
   frozen_ = &state;
   prescribe(0.0);
   pose(x);
-  tree_.velocities(x.w_WB, x.qd.data(), prescribed_.data());
+  move(x);
   findAll(false);
 
   int passed = 0;
@@ -353,7 +403,7 @@ int VehicleDynamics::accept(VehicleState& state, double dt) {
       active.p_OC = active.contact.p_WE_lowest - x.X_WB.p;
       Vector3d v_roll;
       surfaceVelocity(x, active, v_roll);
-      const Vector3d v = x.v_WB + tree_.pointVelocity(model_.ellipsoids[i].body, active.p_OC);
+      const Vector3d v = pointVelocity(x, model_.ellipsoids[i].body, Vec3::from(active.p_OC)).toEigen();
       const double radius = (active.contact.p_WE_lowest - posed_[i].p_WE).norm();
       if (radius > 0.0) state.treads[tread].speed = active.roll_axis.dot(v) / radius;
     }
@@ -378,8 +428,8 @@ double VehicleDynamics::prescribedEffort(int prescribed) const {
 }
 
 double VehicleDynamics::potentialEnergy(const Motion& x) const {
-  const Vector3d moment = model_.mass * x.X_WB.p + tree_.massMoment();
-  double energy = -gravity_W_.dot(moment);
+  const Vec3 moment = model_.mass * Vec3::from(x.X_WB.p) + fromFrame(R_WB_, tree_.massMoment());
+  double energy = -dot(gravity_W_, moment);
   for (std::size_t j = 0; j < model_.dynamic_joints.size(); ++j) {
     const DynamicJoint& joint = model_.dynamic_joints[j];
     const double s = x.q[j] - joint.reference;

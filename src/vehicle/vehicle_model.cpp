@@ -70,8 +70,8 @@ class Compiler {
     ArticulatedBody tree(model_.bodies);
     const std::vector<double> zeros(model_.bodies.size(), 0.0);
     const std::vector<PrescribedMotion> still(model_.bodies.size());
-    tree.positions(Eigen::Quaterniond::Identity(), zeros.data(), still.data());
-    tree.velocities(Vector3d::Zero(), zeros.data(), still.data());
+    tree.positions(zeros.data(), still.data());
+    tree.velocities(Vec3{0.0, 0.0, 0.0}, zeros.data(), still.data());
     if (!reflectInertias(tree)) return {std::nullopt, problems_, {}};
 
     model_.drive = buildDriveModel(model_, owner_joint_, config_, problems_);
@@ -265,7 +265,7 @@ class Compiler {
       std::fill(tau.begin(), tau.end(), 0.0);
       tau[j] = 1.0;
       tree.clearForces();
-      tree.accelerations(tau.data(), still.data(), Vector3d::Zero(), qdd.data());
+      tree.accelerations(tau.data(), still.data(), Vec3{0.0, 0.0, 0.0}, qdd.data());
       joint.reflected_inertia = 1.0 / qdd[j];
       if (!(tree.articulatedInertia(joint.body) > kNoInertia) || !std::isfinite(qdd[j]) || !(qdd[j] > 0.0)) {
         const JointDescription& d = description().joints[joint.description];

@@ -32,15 +32,17 @@ Answer fast(const std::vector<Body>& bodies, const TreeState& x, const std::vect
   ArticulatedBody tree(bodies);
   const std::vector<PrescribedMotion> prescribed = padded(x);
   std::vector<double> qdd(bodies.size(), 0.0);
-  tree.positions(x.q_WB, x.q.data(), prescribed.data());
-  tree.velocities(x.w_WB, x.qd.data(), prescribed.data());
+  // The tree's frame has the base's axes.
+  const auto inBase = [&](const Vector3d& v_W) { return Vec3::from(x.q_WB.conjugate() * v_W); };
+  tree.positions(x.q.data(), prescribed.data());
+  tree.velocities(inBase(x.w_WB), x.qd.data(), prescribed.data());
   tree.clearForces();
-  for (const TreeForce& force : forces) tree.addForce(force.body, force.p_W - x.p_WB, force.f_W);
-  const Spatial base = tree.accelerations(tau.data(), prescribed.data(), gravity_W, qdd.data());
+  for (const TreeForce& force : forces) tree.addForce(force.body, inBase(force.p_W - x.p_WB), inBase(force.f_W));
+  const Spatial base = tree.accelerations(tau.data(), prescribed.data(), inBase(gravity_W), qdd.data());
   Answer answer;
   answer.acceleration.resize(5 + static_cast<int>(bodies.size()));
-  answer.acceleration.head<3>() = base.linear;
-  answer.acceleration.segment<3>(3) = base.angular;
+  answer.acceleration.head<3>() = x.q_WB * base.linear.toEigen();
+  answer.acceleration.segment<3>(3) = x.q_WB * base.angular.toEigen();
   answer.effort.assign(bodies.size(), 0.0);
   for (std::size_t i = 1; i < bodies.size(); ++i) {
     const bool dynamic = bodies[i].motion == BodyMotion::kDynamic;
@@ -87,14 +89,15 @@ TEST(ArticulatedBody, KineticEnergyAndMassMomentAreThoseOfTheBodies) {
     const TreeState x = random.state(bodies);
     const SlowTreeDynamics slow(bodies);
     ArticulatedBody tree(bodies);
-    tree.positions(x.q_WB, x.q.data(), padded(x).data());
-    tree.velocities(x.w_WB, x.qd.data(), padded(x).data());
+    const auto inBase = [&](const Vector3d& v_W) { return Vec3::from(x.q_WB.conjugate() * v_W); };
+    tree.positions(x.q.data(), padded(x).data());
+    tree.velocities(inBase(x.w_WB), x.qd.data(), padded(x).data());
     const double energy = slow.kineticEnergy(x);
-    EXPECT_NEAR(tree.kineticEnergy(x.v_WB), energy, 1e-12 * energy);
+    EXPECT_NEAR(tree.kineticEnergy(inBase(x.v_WB)), energy, 1e-12 * energy);
     Vector3d moment = Vector3d::Zero();
     const auto jacobians = slow.jacobians(x);
     for (std::size_t i = 0; i < bodies.size(); ++i) moment += bodies[i].inertia.mass * (jacobians[i].cm - x.p_WB);
-    EXPECT_LT((tree.massMoment() - moment).norm(), 1e-12 * (1.0 + moment.norm()));
+    EXPECT_LT((x.q_WB * tree.massMoment().toEigen() - moment).norm(), 1e-12 * (1.0 + moment.norm()));
   }
 }
 
@@ -112,10 +115,11 @@ TEST(ArticulatedBody, ArticulatedInertiaIsTheRatioOfEffortToAcceleration) {
   const std::vector<PrescribedMotion> prescribed = padded(x);
   double qdd = 0.0;
   const double tau = 2.0;
-  tree.positions(x.q_WB, x.q.data(), prescribed.data());
-  tree.velocities(x.w_WB, x.qd.data(), prescribed.data());
+  const Vec3 zero{0.0, 0.0, 0.0};
+  tree.positions(x.q.data(), prescribed.data());
+  tree.velocities(zero, x.qd.data(), prescribed.data());
   tree.clearForces();
-  tree.accelerations(&tau, prescribed.data(), Vector3d::Zero(), &qdd);
+  tree.accelerations(&tau, prescribed.data(), zero, &qdd);
   EXPECT_NEAR(tree.articulatedInertia(1), tau / qdd, 1e-9 * tau / qdd);
 }
 
@@ -131,16 +135,16 @@ class FreeFlight {
   explicit FreeFlight(const std::vector<Body>& bodies) : tree_(bodies), tau_(bodies.size(), 0.0) {}
 
   void rate(const State& x, double, Rate& k) {
-    tree_.positions(x.q_WB, x.q.data(), nullptr);
-    tree_.velocities(x.w_WB, x.qd.data(), nullptr);
+    tree_.positions(x.q.data(), nullptr);
+    tree_.velocities(Vec3::from(x.q_WB.conjugate() * x.w_WB), x.qd.data(), nullptr);
     tree_.clearForces();
     k.q = x.qd;
     k.qd.resize(x.qd.size());
-    const Spatial base = tree_.accelerations(tau_.data(), nullptr, Vector3d::Zero(), k.qd.data());
+    const Spatial base = tree_.accelerations(tau_.data(), nullptr, Vec3{0.0, 0.0, 0.0}, k.qd.data());
     k.v = x.v_WB;
     k.w = x.w_WB;
-    k.a = base.linear;
-    k.alpha = base.angular;
+    k.a = x.q_WB * base.linear.toEigen();
+    k.alpha = x.q_WB * base.angular.toEigen();
   }
   void advance(const State& x, double h, const Rate& k, State& result) const {
     result.p_WB = x.p_WB + h * k.v;

@@ -31,14 +31,15 @@ struct Body {
   bool spin_symmetric = false;
 };
 
-/// Positions and velocities of all bodies. All velocities are against the frame that moves along with O without turning
-/// (the base's own linear part is zero there), so that they stay small and exact however fast the vehicle travels.
+/// Where a body is and how it moves, along the base's axes. Velocities are against the frame that moves along with O
+/// without turning (the base's own linear part is zero there), so that they stay small and exact however fast the vehicle
+/// travels.
 struct BodyKinematics {
-  Eigen::Matrix3d R_WB;
-  Eigen::Vector3d p_OB;      ///< origin of the body's frame from O, in W [m].
+  Frame3 R_OB{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
+  Vec3 p_OB{0.0, 0.0, 0.0};  ///< origin of the body's frame from O [m].
   Spatial axis;              ///< motion per unit of the coordinate's speed.
   Spatial velocity;
-  Spatial bias;              ///< acceleration that the velocities alone cause.
+  Spatial bias;              ///< acceleration that the velocities alone cause; not of rotors.
 };
 
 /// Position, speed and acceleration of a prescribed coordinate at the moment of evaluation.
@@ -48,8 +49,14 @@ struct PrescribedMotion {
   double acceleration = 0.0;
 };
 
-/// Forward dynamics of a floating tree by the articulated-body algorithm [Featherstone2008, ch. 7, 9.4], all in one frame
-/// (axes of W, origin O at the base's centre of mass), so that inertias add up without transforms. O(n), no allocation.
+/// Forward dynamics of a floating tree by the articulated-body algorithm [Featherstone2008, ch. 7, 9.4], O(n), no
+/// allocation. All is told in one frame O: at the base's centre of mass, with the base's axes as they stand at this moment
+/// (an inertial frame, so that no term for its turning appears). Inertias then add without transforms, and whatever the
+/// joints cannot turn against the base (a wheel carrier on its slide) has a constant orientation and inertia.
+///
+/// A balanced wheel (leaf, its mass even about the axis it turns on) is a rotor: its spin moves no mass. Its mass and its
+/// inertia across the axis are added to the parent's once and for all; what is left of it is the equation of its spin and
+/// the gyroscopic moment h (w x k) of its momentum h k, w being the parent's angular velocity [Featherstone2008, 9.7].
 class ArticulatedBody {
  public:
   explicit ArticulatedBody(std::vector<Body> bodies);
@@ -57,41 +64,57 @@ class ArticulatedBody {
   const std::vector<Body>& bodies() const { return bodies_; }
 
   /// Where every body is. q: dynamic coordinates; prescribed: the prescribed ones, at least as many as there are.
-  void positions(const Eigen::Quaterniond& q_WB, const double* q, const PrescribedMotion* prescribed);
-  /// How every body moves, after positions().
-  void velocities(const Eigen::Vector3d& w_WB, const double* qd, const PrescribedMotion* prescribed);
+  void positions(const double* q, const PrescribedMotion* prescribed);
+  /// How every body moves, after positions(). w_B: the base's angular velocity along its own axes [rad/s].
+  void velocities(const Vec3& w_B, const double* qd, const PrescribedMotion* prescribed);
   const BodyKinematics& kinematics(int body) const { return kinematics_[body]; }
+  /// No joint turns this body against the base: its R_OB never changes.
+  bool isSteady(int body) const { return constants_[body].steady; }
 
   /// Velocity of the point of `body` at p_OX, against the frame of O; add the base's velocity for that in W [m/s].
-  Eigen::Vector3d pointVelocity(int body, const Eigen::Vector3d& p_OX) const {
+  Vec3 pointVelocity(int body, const Vec3& p_OX) const {
     const Spatial& v = kinematics_[body].velocity;
-    return v.linear + v.angular.cross(p_OX);
+    return v.linear + cross(v.angular, p_OX);
   }
 
   /// External force on a body, acting at p_OX; added up until clearForces().
   void clearForces();
-  void addForce(int body, const Eigen::Vector3d& p_OX, const Eigen::Vector3d& f_W) {
-    forces_[body].angular += p_OX.cross(f_W);
-    forces_[body].linear += f_W;
+  void addForce(int body, const Vec3& p_OX, const Vec3& f) {
+    forces_[body].angular += cross(p_OX, f);
+    forces_[body].linear += f;
   }
 
-  /// Accelerations under the forces, joint efforts tau (one per dynamic coordinate) and gravity [m/s^2]. Writes qdd; returns
-  /// the base's: angular, and linear of O, in W.
-  Spatial accelerations(const double* tau, const PrescribedMotion* prescribed, const Eigen::Vector3d& gravity_W,
-                        double* qdd);
+  /// Accelerations under the forces, joint efforts tau (one per dynamic coordinate) and gravity [m/s^2], all along the
+  /// base's axes. Writes qdd; returns the base's: angular, and linear of O.
+  Spatial accelerations(const double* tau, const PrescribedMotion* prescribed, const Vec3& gravity, double* qdd);
   /// Acceleration of a body at O without gravity's share, after accelerations().
-  const Spatial& acceleration(int body) const { return work_[body].acceleration; }
+  Spatial acceleration(int body) const;
   /// Effort that keeps a prescribed body on its path, after accelerations() [N m] or [N].
   double prescribedEffort(int body) const;
   /// Inertia that a dynamic body's coordinate feels with all below it free, after accelerations() [kg m^2] or [kg].
-  double articulatedInertia(int body) const { return work_[body].D; }
+  double articulatedInertia(int body) const;
 
-  double kineticEnergy(const Eigen::Vector3d& v_WB) const;
-  /// Sum of m z of all bodies relative to O: potential energy is gravity times it [kg m].
-  Eigen::Vector3d massMoment() const;
+  /// v_B: velocity of O along the base's axes [m/s].
+  double kineticEnergy(const Vec3& v_B) const;
+  /// Sum of m c of all bodies relative to O, along the base's axes [kg m].
+  Vec3 massMoment() const;
   double totalMass() const { return total_mass_; }
 
  private:
+  // What is known of a body beforehand.
+  struct Constants {
+    Frame3 R_PB;
+    Vec3 p_PB, axis_B;
+    Vec3 p_Bcm;           // with the rotors it carries, like the two below
+    double mass = 0.0;
+    Symmetric3 I_cm_B;
+    // Orientation against the base never changes: it and what follows from it stands in kinematics_ and below.
+    bool steady = false;
+    Vec3 p_PB_O, p_cm_O;  // p_PB and p_Bcm along the base's axes
+    Symmetric3 I_cm_O;
+    bool rotor = false;
+    double spin_inertia = 0.0;  // of a rotor
+  };
   struct Work {
     SpatialInertia I;
     Spatial bias_force;
@@ -100,23 +123,20 @@ class ArticulatedBody {
     Spatial acceleration;
   };
 
-  // What is known of a body beforehand and saves work in every evaluation.
-  struct Shortcut {
-    Eigen::Matrix3d R_PB;
-    bool aligned = false;    // R_PB is exactly the identity.
-    // Inertia the same about every axis square to the body's own: I = across 1 + (along - across) k k'.
-    bool axial = false;
-    double across = 0.0, along = 0.0;
-    // It also turns about that axis, with its centre of mass on it: the turn moves no mass, its inertia is `along`.
-    bool balanced = false;
-  };
-  static Shortcut shortcutOf(const Body& body);
+  Constants constantsOf(std::size_t body) const;
+  void carryRotors();
+  void settleOrientations();
+  void setOwnInertia(std::size_t body);
+  void releaseRotor(std::size_t body, const double* tau);
+  void passToParent(std::size_t body, const double* tau, const PrescribedMotion* prescribed);
 
   std::vector<Body> bodies_;
-  std::vector<Shortcut> shortcuts_;
+  std::vector<Constants> constants_;
+  std::vector<int> branches_, rotors_;   ///< bodies with an inertia of their own, base first; the others.
   std::vector<BodyKinematics> kinematics_;
   std::vector<Spatial> forces_;
   std::vector<Work> work_;
+  std::vector<double> spin_acceleration_;  ///< of a rotor's coordinate, per body.
   double total_mass_ = 0.0;
 };
 

@@ -5,9 +5,9 @@
 
 namespace ellipsoid_vehicle_sim {
 
-/// Three plain doubles, for the contact kernel only. Eigen's packets handle a 3-vector as a pair and a rest, and a
-/// pair that was stored as two doubles and is loaded as one waits for the store: the kernel took 1.3 to 1.7 times as
-/// long with it.
+/// Three plain doubles, for the inner loops of contact and dynamics. Eigen's packets handle a 3-vector as a pair and a
+/// rest, and a pair that was stored as two doubles and is loaded as one waits for the store: the contact kernel took 1.3
+/// to 1.7 times as long with it.
 struct Vec3 {
   double x, y, z;
 
@@ -17,6 +17,9 @@ struct Vec3 {
 
 inline Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 inline Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Vec3 operator-(const Vec3& a) { return {-a.x, -a.y, -a.z}; }
+inline Vec3& operator+=(Vec3& a, const Vec3& b) { return a = a + b; }
+inline Vec3& operator-=(Vec3& a, const Vec3& b) { return a = a - b; }
 inline Vec3 operator*(double s, const Vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
 inline double dot(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline double squaredNorm(const Vec3& a) { return dot(a, a); }
@@ -30,6 +33,12 @@ inline Vec3 times(const Vec3& a, const Vec3& b) { return {a.x * b.x, a.y * b.y, 
 /// Three vectors of a frame.
 struct Frame3 {
   Vec3 x, y, z;
+
+  Eigen::Matrix3d toEigen() const {
+    Eigen::Matrix3d columns;
+    columns << x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z;
+    return columns;
+  }
 };
 
 /// The columns of a rotation matrix.
@@ -40,6 +49,11 @@ inline Frame3 columns(const Eigen::Matrix3d& R) {
 inline Vec3 toFrame(const Frame3& frame, const Vec3& v) { return {dot(frame.x, v), dot(frame.y, v), dot(frame.z, v)}; }
 /// The vector that has coordinates v in the frame.
 inline Vec3 fromFrame(const Frame3& frame, const Vec3& v) { return v.x * frame.x + v.y * frame.y + v.z * frame.z; }
+
+/// The frame R given along another frame: the product of the rotation matrices.
+inline Frame3 fromFrame(const Frame3& frame, const Frame3& R) {
+  return {fromFrame(frame, R.x), fromFrame(frame, R.y), fromFrame(frame, R.z)};
+}
 
 struct Vec2 {
   double x, y;

@@ -54,9 +54,11 @@ class VehicleDynamics {
   const std::vector<double>& jointEfforts() const { return joint_effort_; }
   const std::vector<double>& motorTorques() const { return motor_torque_; }
   double prescribedEffort(int prescribed) const;
-  double kineticEnergy(const Motion& x) const { return tree_.kineticEnergy(x.v_WB); }
+  double kineticEnergy(const Motion& x) const { return tree_.kineticEnergy(toFrame(R_WB_, Vec3::from(x.v_WB))); }
   double potentialEnergy(const Motion& x) const;   ///< gravity and springs, holds and anchors included [J].
   const ArticulatedBody& tree() const { return tree_; }
+  /// Where the ellipsoids were at the last evaluation.
+  const std::vector<PosedEllipsoid>& posedEllipsoids() const { return posed_; }
 
   /// Rates and motions of the right sizes, so that no step allocates.
   Motion makeMotion() const;
@@ -65,6 +67,8 @@ class VehicleDynamics {
  private:
   void prescribe(double fraction);
   void pose(const Motion& x);
+  void move(const Motion& x);
+  Vec3 pointVelocity(const Motion& x, int body, const Vec3& p_OX) const;
   void findAll(bool at_remembered_pose);
   void applyContacts(const Motion& x);
   Eigen::Vector3d surfaceVelocity(const Motion& x, ActiveContact& active, Eigen::Vector3d& v_roll) const;
@@ -82,12 +86,20 @@ class VehicleDynamics {
   ArticulatedBody tree_;
   std::vector<FrictionCoefficients> friction_;   ///< per surface.
   std::optional<FrictionMode> friction_override_;
-  Eigen::Vector3d gravity_W_;
+  Vec3 gravity_W_;
 
   const VehicleState* frozen_ = nullptr;
   double dt_ = 0.0;
   double fraction_ = 0.0;
   std::vector<PrescribedMotion> prescribed_;
+  // An ellipsoid on its body; the last two along the base's axes, for bodies that keep their orientation there.
+  struct Mount {
+    Vec3 p_BE, p_BE_O;
+    Frame3 R_OE;
+  };
+  std::vector<Mount> mounts_;
+  std::vector<double> posed_at_, moving_at_;  ///< what the poses, and the velocities, were worked out from.
+  Frame3 R_WB_;
   std::vector<PosedEllipsoid> posed_;
   std::vector<EllipsoidContacts> contacts_;
   std::vector<ContactFinder> finder_;
