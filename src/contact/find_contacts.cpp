@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ellipsoid_vehicle_sim/contact/candidate_filter.h"
 #include "ellipsoid_vehicle_sim/contact/shortest_push.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -34,11 +35,6 @@ PosedEllipsoid moved(const PosedEllipsoid& ellipsoid, const Eigen::Vector3d& pus
   return result;
 }
 
-bool boxesMeet(const Candidate& candidate, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
-  return candidate.low[0] <= high[0] && candidate.high[0] >= low[0] && candidate.low[1] <= high[1] &&
-         candidate.high[1] >= low[1] && candidate.low[2] <= high[2] && candidate.high[2] >= low[2];
-}
-
 bool centreInFront(const PosedEllipsoid& ellipsoid, const Triangle& triangle) {
   return triangle.nhat_W.dot(ellipsoid.p_WE - triangle.v[0]) > 0.0;
 }
@@ -54,23 +50,35 @@ double angleTurned(const Eigen::Matrix3d& R0, const Eigen::Matrix3d& R1) {
   return 2.0 * std::asin(std::min(1.0, (R0 - R1).norm() / (2.0 * std::sqrt(2.0))));
 }
 
+FilterEllipsoid filterOf(const PosedEllipsoid& ellipsoid) {
+  const Vec3 r = Vec3::from(ellipsoid.radii);
+  return {Vec3::from(ellipsoid.p_WE), columns(ellipsoid.R_WE), r, {1.0 / r.x, 1.0 / r.y, 1.0 / r.z},
+          Vec3::from(ellipsoid.halfBox())};
+}
+
 // One evaluation: the ellipsoid, the lists and what has been taken so far.
 class Evaluation {
  public:
-  Evaluation(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const ContactOptions& options,
-             const std::vector<Candidate>& candidates, ContactFinder& finder)
-      : ellipsoid_(ellipsoid), memory_(memory), options_(options), near_(finder.near) {
-    const Eigen::Vector3d half = ellipsoid.halfBox();
-    const Eigen::Vector3d low = ellipsoid.p_WE - half, high = ellipsoid.p_WE + half;
+  Evaluation(const PosedEllipsoid& ellipsoid, const FilterEllipsoid& filter, const ContactMemory& memory,
+             const ContactOptions& options, const std::vector<Candidate>& candidates, ContactFinder& finder)
+      : ellipsoid_(ellipsoid),
+        filter_(filter),
+        memory_(memory),
+        options_(options),
+        candidates_(candidates),
+        blocks_(finder.cache.blocks()),
+        near_(finder.near) {
     near_.clear();
-    for (const Candidate& candidate : candidates) {
-      if (!boxesMeet(candidate, low, high)) continue;
-      const Eigen::Vector3d& n = candidate.triangle.nhat_W;
-      const double s = n.dot(ellipsoid.p_WE - candidate.triangle.v[0]);
-      finder.behind_any = finder.behind_any || s <= 0.0;
-      if (s < -kPruneSlack) continue;
-      const double h = (ellipsoid.R_WE.transpose() * n).cwiseProduct(ellipsoid.radii).norm();
-      if (h - s > -kPruneSlack) near_.push_back({&candidate, h - s, false});
+    constexpr int kWidth = CandidateBlock::kWidth;
+    for (std::size_t i = 0; i < blocks_.size(); ++i) {
+      PlaneTest test;
+      testPlanes(blocks_[i], filter_, kPruneSlack, test);
+      finder.behind_any = finder.behind_any || test.behind != 0;
+      for (std::uint32_t mask = test.near; mask != 0; mask &= mask - 1) {
+        const int lane = __builtin_ctz(mask);
+        near_.push_back(
+            {static_cast<int>(i) * kWidth + lane, test.height[lane], test.half_width_squared[lane], false, false});
+      }
     }
   }
 
@@ -79,10 +87,10 @@ class Evaluation {
     const Found first = deepestAdmitted([this] { return deepest(); });
     if (first.candidate < 0) return result;
 
-    const Candidate& candidate = *near_[first.candidate].candidate;
+    const Candidate& candidate = candidates_[near_[first.candidate].candidate];
     take(result, candidate.index, first.contact.nhat_W, first.contact.p_WE_lowest, first.contact.depth,
          feltDepth(first.contact, candidate));
-    if (options_.contacts == ContactsPerEllipsoid::kValley) addValleyContacts(result, first.contact);
+    if (options_.contacts == ContactsPerEllipsoid::kValley) addValleyContacts(result, first.contact, first.candidate);
     return result;
   }
 
@@ -103,10 +111,38 @@ class Evaluation {
       const Found found = search();
       if (found.candidate < 0) return found;
       near_[found.candidate].done = true;
-      if (admitted(*near_[found.candidate].candidate))
+      if (admitted(candidates_[near_[found.candidate].candidate]))
         return turned_away.candidate >= 0 && isSame(turned_away.contact, found.contact) ? turned_away : found;
       if (turned_away.candidate < 0) turned_away = found;
+      // What was shallower than this one may be the deepest now.
+      forgetCleared();
     }
+  }
+
+  void forgetCleared() {
+    for (NearTriangle& near : near_) near.cleared = false;
+  }
+
+  // Marks what a push clears of the ellipsoid as `filter` has it; tells whether any candidate rises above the push's plane.
+  bool clear(const FilterEllipsoid& filter, const KnownPush& push) {
+    constexpr int kWidth = CandidateBlock::kWidth;
+    bool rises = false;
+    for (std::size_t i = 0; i < near_.size();) {
+      const int block = near_[i].candidate / kWidth;
+      std::uint32_t wanted = 0;
+      std::size_t end = i;
+      for (; end < near_.size() && near_[end].candidate / kWidth == block; ++end)
+        if (!near_[end].done) wanted |= 1u << near_[end].candidate % kWidth;
+      PushTest test;
+      testPush(blocks_[block], wanted, filter, push, test);
+      rises = rises || test.rises != 0;
+      for (; i < end; ++i) near_[i].cleared = (test.cleared >> near_[i].candidate % kWidth & 1u) != 0;
+    }
+    return rises;
+  }
+
+  KnownPush knownPush(const TriangleContact& contact, double depth) const {
+    return {Vec3::from(contact.nhat_W), Vec3::from(contact.trianglePoint()), ellipsoid_.halfWidth(contact.nhat_W), depth};
   }
 
   static bool isSame(const TriangleContact& a, const TriangleContact& b) {
@@ -125,30 +161,30 @@ class Evaluation {
   }
 
   // The deepest contact among the candidates that are not left out.
-  Found deepest() const {
+  Found deepest() {
     TriangleContact best;
     int winner = -1;
     // No minimum translation exceeds the depth below the plane; the document's rule may.
     const bool bounded = options_.rule == ContactRule::kMinimumTranslation;
     const auto consider = [&](int i) {
-      if (near_[i].done || (bounded && near_[i].plane_depth < best.depth - kPruneSlack)) return;
+      const NearTriangle& near = near_[i];
+      if (near.done || near.cleared || (bounded && !near.isDeeperThan(best.depth - kPruneSlack))) return;
       // Lowest index wins a tie, in whatever order they come; a floor at the depth itself would leave ties to rounding.
       const double floor = i < winner ? best.depth * (1.0 - kTieMargin) : best.depth;
-      const TriangleContact contact = meet(ellipsoid_, near_[i].candidate->triangle, options_.rule, floor);
+      const TriangleContact contact = meet(ellipsoid_, candidates_[near.candidate].triangle, options_.rule, floor);
       if (!contact || contact.depth < best.depth || (contact.depth == best.depth && i > winner)) return;
       best = contact;
       winner = i;
     };
     // The triangle of the last pose first: most others are then proved shallower without being worked out.
     const int count = static_cast<int>(near_.size());
-    int warm = -1;
-    if (memory_.count > 0) {
-      for (int i = 0; i < count; ++i)
-        if (near_[i].candidate->index == memory_.carried[0].triangle) {
-          warm = i;
-          consider(i);
-          break;
-        }
+    int warm = 0;
+    for (int i = 0; i < count && memory_.count > 0; ++i)
+      if (candidates_[near_[i].candidate].index == memory_.carried[0].triangle) warm = i;
+    if (count > 0) consider(warm);
+    if (bounded && winner >= 0 && count > 1) {
+      rises_above_ = clear(filter_, knownPush(best, best.depth));
+      rises_above_winner_ = winner;
     }
     for (int i = 0; i < count; ++i)
       if (i != warm) consider(i);
@@ -210,35 +246,28 @@ class Evaluation {
   }
 
   // What still holds the ellipsoid after the push of the first contact: a wall beside the ground, a kerb's edge.
-  void addValleyContacts(EllipsoidContacts& result, const TriangleContact& first) {
-    const Eigen::Vector3d plane_point = first.trianglePoint();
-    Eigen::Vector3d push = first.depth * first.nhat_W;
-    bool rises_above_first = false;
-    // The corner of a triangle's box that lies highest along the normal is a quick no for most.
-    const double height = first.nhat_W.dot(plane_point) + kSameDepth;
-    const auto highest = [&](const Candidate& c, int axis) {
-      return first.nhat_W[axis] * (first.nhat_W[axis] > 0.0 ? c.high[axis] : c.low[axis]);
-    };
-    for (const NearTriangle& other : near_) {
-      const Candidate& c = *other.candidate;
-      if (other.done || highest(c, 0) + highest(c, 1) + highest(c, 2) <= height) continue;
-      for (const Eigen::Vector3d& v : c.triangle.v)
-        rises_above_first = rises_above_first || first.nhat_W.dot(v - plane_point) > kSameDepth;
-      if (rises_above_first) break;
-    }
+  void addValleyContacts(EllipsoidContacts& result, const TriangleContact& first, int first_candidate) {
     // On flat and convex ground the first push clears everything.
-    if (!rises_above_first) return;
+    const bool rises = first_candidate == rises_above_winner_ ? rises_above_ : clear(filter_, knownPush(first, 0.0));
+    if (!rises) return;
 
+    Eigen::Vector3d push = first.depth * first.nhat_W;
     std::array<Eigen::Vector3d, kMaxContactsPerEllipsoid> nhat;
     std::array<double, kMaxContactsPerEllipsoid> depth{};
     nhat[0] = first.nhat_W;
     depth[0] = first.depth;
     while (result.count < kMaxContactsPerEllipsoid) {
       const PosedEllipsoid pushed = moved(ellipsoid_, push);
+      forgetCleared();
+      if (options_.rule == ContactRule::kMinimumTranslation) {
+        FilterEllipsoid filter = filter_;
+        filter.c = Vec3::from(pushed.p_WE);
+        clear(filter, knownPush(first, 0.0));
+      }
       const Found found = deepestAdmitted([&] { return deepestLeft(pushed, push); });
       if (found.candidate < 0) return;
 
-      const Candidate& candidate = *near_[found.candidate].candidate;
+      const Candidate& candidate = candidates_[near_[found.candidate].candidate];
       const TriangleContact& left = found.contact;
       const double full = left.depth + push.dot(left.nhat_W);
       // What the triangle's own contact owes to a jump is taken off here too.
@@ -256,10 +285,10 @@ class Evaluation {
     const bool bounded = options_.rule == ContactRule::kMinimumTranslation;
     Found best;
     for (int i = 0; i < static_cast<int>(near_.size()); ++i) {
-      const Triangle& triangle = near_[i].candidate->triangle;
-      const double plane_depth = near_[i].plane_depth - push.dot(triangle.nhat_W);
+      if (near_[i].done || near_[i].cleared) continue;
+      const Triangle& triangle = candidates_[near_[i].candidate].triangle;
       const double needed = bounded ? best.contact.depth : 0.0;
-      if (near_[i].done || plane_depth < needed - kPruneSlack) continue;
+      if (!near_[i].isDeeperThan(needed + push.dot(triangle.nhat_W) - kPruneSlack)) continue;
       const TriangleContact left = meet(pushed, triangle, options_.rule, best.contact.depth);
       if (!left) continue;
       const TriangleContact at_pose = meet(ellipsoid_, triangle, options_.rule, 0.0);
@@ -270,9 +299,14 @@ class Evaluation {
   }
 
   const PosedEllipsoid& ellipsoid_;
+  const FilterEllipsoid& filter_;
   const ContactMemory& memory_;
   const ContactOptions& options_;
+  const std::vector<Candidate>& candidates_;
+  const std::vector<CandidateBlock>& blocks_;
   std::vector<NearTriangle>& near_;
+  bool rises_above_ = false;      ///< some candidate rises above the contact that was known to deepest() first,
+  int rises_above_winner_ = -1;   ///< which was that with this one of near_.
 };
 
 }  // namespace
@@ -297,7 +331,8 @@ Eigen::Vector3d assignShares(EllipsoidContacts& contacts) {
 
 EllipsoidContacts findContacts(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const Terrain& terrain,
                                const ContactOptions& options, ContactFinder& finder) {
-  const Eigen::Vector3d half = ellipsoid.halfBox();
+  const FilterEllipsoid filter = filterOf(ellipsoid);
+  const Eigen::Vector3d half = filter.half_box.toEigen();
   // The motion since the last accepted pose is at most one step's; twenty of them ahead is a good guess to be queried once.
   constexpr double kStepsAhead = 20.0;
   const Eigen::Vector3d travel =
@@ -306,7 +341,7 @@ EllipsoidContacts findContacts(const PosedEllipsoid& ellipsoid, const ContactMem
       finder.cache.around(ellipsoid.p_WE - half, ellipsoid.p_WE + half, travel, terrain, options.cache);
   finder.behind_any = false;
   if (candidates.empty()) return {};
-  EllipsoidContacts contacts = Evaluation(ellipsoid, memory, options, candidates, finder).run();
+  EllipsoidContacts contacts = Evaluation(ellipsoid, filter, memory, options, candidates, finder).run();
   assignShares(contacts);
   return contacts;
 }

@@ -132,7 +132,8 @@ void ArticulatedBody::velocities(const Vec3& w_B, const double* qd, const Prescr
     const Body& body = bodies_[i];
     const Spatial& v = kinematics_[body.parent].velocity;
     BodyKinematics& k = kinematics_[i];
-    const double speed = body.motion == BodyMotion::kDynamic ? qd[body.coordinate] : prescribed[body.coordinate].velocity;
+    const double speed =
+        body.motion == BodyMotion::kDynamic ? qd[body.coordinate] : prescribed[body.coordinate].velocity;
     // The joint's own speed crossed with itself vanishes: the parent's velocity is enough for the bias.
     const Vec3 moving = speed * k.axis.linear;
     if (body.prismatic) {
@@ -141,7 +142,8 @@ void ArticulatedBody::velocities(const Vec3& w_B, const double* qd, const Prescr
     } else {
       const Vec3 turning = speed * k.axis.angular;
       k.velocity = {v.angular + turning, v.linear + moving};
-      if (!constants_[i].rotor) k.bias = {cross(v.angular, turning), cross(v.angular, moving) + cross(v.linear, turning)};
+      if (!constants_[i].rotor)
+        k.bias = {cross(v.angular, turning), cross(v.angular, moving) + cross(v.linear, turning)};
     }
   }
 }
@@ -166,8 +168,8 @@ void ArticulatedBody::setOwnInertia(std::size_t i) {
                   cross(v.angular, momentum) - forces_[i].linear};
 }
 
-// A rotor hands every force on to its carrier but the moment along its axis, which spins it up together with the joint's
-// effort; and the carrier has to turn its momentum.
+// A rotor hands every force on to its carrier but the moment along its axis, which spins it up together with the
+// joint's effort; and the carrier has to turn its momentum.
 void ArticulatedBody::releaseRotor(std::size_t i, const double* tau) {
   const Body& body = bodies_[i];
   const BodyKinematics& k = kinematics_[i];
@@ -175,9 +177,9 @@ void ArticulatedBody::releaseRotor(std::size_t i, const double* tau) {
   Work& parent = work_[body.parent];
   const double moment = tau[body.coordinate] + dot(k.axis, external);
   const double momentum = constants_[i].spin_inertia * dot(k.axis.angular, k.velocity.angular);
-  parent.bias_force.angular +=
-      moment * k.axis.angular + momentum * cross(kinematics_[body.parent].velocity.angular, k.axis.angular) -
-      external.angular;
+  parent.bias_force.angular += moment * k.axis.angular +
+                               momentum * cross(kinematics_[body.parent].velocity.angular, k.axis.angular) -
+                               external.angular;
   parent.bias_force.linear -= external.linear;
   spin_acceleration_[i] = moment / constants_[i].spin_inertia;
 }
@@ -216,7 +218,8 @@ Spatial ArticulatedBody::accelerations(const double* tau, const PrescribedMotion
   Work& base = work_[0];
   if (bodies_.size() == 1) {
     // One rigid body about its centre of mass: turning and moving do not mix.
-    base.acceleration = {base.I.J().solve(-base.bias_force.angular), (-1.0 / constants_[0].mass) * base.bias_force.linear};
+    base.acceleration = {base.I.J().solve(-base.bias_force.angular),
+                         (-1.0 / constants_[0].mass) * base.bias_force.linear};
   } else {
     base.acceleration = base.I.accelerationUnder(-1.0 * base.bias_force);
   }

@@ -9,11 +9,22 @@
 
 namespace ellipsoid_vehicle_sim {
 
-/// A triangle an ellipsoid may touch, with its box and normal at hand.
+/// A triangle an ellipsoid may touch.
 struct Candidate {
   Triangle triangle;
-  Eigen::Vector3d low, high;  ///< the triangle's box [m].
-  int index = -1;             ///< in the terrain.
+  int index = -1;  ///< in the terrain.
+};
+
+/// Eight candidates side by side, for tests of all of them at once; lanes without one have an empty box.
+struct alignas(64) CandidateBlock {
+  static constexpr int kWidth = 8;
+  using Lane = double[kWidth];
+
+  Lane low[3], high[3];  ///< the triangles' boxes [m].
+  Lane nhat[3];          ///< unit normals.
+  Lane v[3][3];          ///< corners: [corner][axis] [m].
+  Lane edge[3][3];       ///< m_k, outward unit normals of the edges in the triangles' planes: [edge][axis].
+  Lane size;             ///< longest edge [m].
 };
 
 /// The triangles around one ellipsoid. The tree is asked with a box fattened by the travel of the next steps; until the
@@ -25,21 +36,26 @@ class CandidateCache {
     // Ground of ordinary density then never makes a step allocate.
     indices_.reserve(kUsualCandidates);
     candidates_.reserve(kUsualCandidates);
+    blocks_.reserve(kUsualCandidates / CandidateBlock::kWidth);
   }
 
   /// Candidates, lowest triangle index first; a superset of the triangles whose box meets [low, high]. `travel` is the
   /// expected motion over the next evaluations [m]; with `reuse` off the list is made anew for exactly this box.
   const std::vector<Candidate>& around(const Eigen::Vector3d& low, const Eigen::Vector3d& high,
                                        const Eigen::Vector3d& travel, const Terrain& terrain, bool reuse);
+  /// The same candidates in the same order, eight to a block.
+  const std::vector<CandidateBlock>& blocks() const { return blocks_; }
   void invalidate() { valid_ = false; }
 
  private:
   static constexpr std::size_t kUsualCandidates = 128;
+  void fillBlocks();
 
   bool valid_ = false;
   Eigen::Vector3d low_, high_;  ///< the fattened box.
   std::vector<int> indices_;
   std::vector<Candidate> candidates_;
+  std::vector<CandidateBlock> blocks_;
 };
 
 }  // namespace ellipsoid_vehicle_sim

@@ -21,9 +21,17 @@ struct ContactOptions {
 
 /// A candidate whose box and plane the ellipsoid reaches.
 struct NearTriangle {
-  const Candidate* candidate;
-  double plane_depth;  ///< h(n) - s, to rounding [m].
-  bool done;           ///< taken, or turned away.
+  int candidate;              ///< index into the cache's list.
+  double height;              ///< s, to rounding [m].
+  double half_width_squared;  ///< h(n)^2 [m^2].
+  bool done;                  ///< taken, or turned away.
+  bool cleared;               ///< proved to be of no interest to the search under way.
+
+  /// h(n) - s > depth, without the root.
+  bool isDeeperThan(double depth) const {
+    const double reach = height + depth;
+    return reach < 0.0 || half_width_squared > reach * reach;
+  }
 };
 
 /// Buffers of one ellipsoid; no state: two finders give the same answers whatever they were asked before.

@@ -16,30 +16,30 @@ enum class BodyMotion {
   kPrescribed  ///< one coordinate that is a given function of time.
 };
 
-/// A body of the tree. Its frame B is the joint's frame at position zero, turned or shifted along by the coordinate; the
-/// base's frame stands in its centre of mass.
+/// A body of the tree. Its frame B is the joint's frame at position zero, turned or shifted along by the coordinate;
+/// the base's frame stands in its centre of mass.
 struct Body {
   BodyMotion motion = BodyMotion::kFree;
   int parent = -1;
-  int coordinate = -1;                                 ///< index among the dynamic, or among the prescribed, coordinates.
+  int coordinate = -1;  ///< index among the dynamic, or among the prescribed, coordinates.
   bool prismatic = false;
-  Pose X_PB;                                           ///< in the parent's frame, at coordinate zero.
-  Eigen::Vector3d axis_B = Eigen::Vector3d::UnitX();   ///< unit.
-  RigidInertia inertia;                                ///< in B.
-  /// Mass and shape look the same from every angle of the coordinate (a wheel about its axle): the angle is then not worked
-  /// out, the body's frame stays at angle zero.
+  Pose X_PB;                                          ///< in the parent's frame, at coordinate zero.
+  Eigen::Vector3d axis_B = Eigen::Vector3d::UnitX();  ///< unit.
+  RigidInertia inertia;                               ///< in B.
+  /// Mass and shape look the same from every angle of the coordinate (a wheel about its axle): the angle is then not
+  /// worked out, the body's frame stays at angle zero.
   bool spin_symmetric = false;
 };
 
 /// Where a body is and how it moves, along the base's axes. Velocities are against the frame that moves along with O
-/// without turning (the base's own linear part is zero there), so that they stay small and exact however fast the vehicle
-/// travels.
+/// without turning (the base's own linear part is zero there), so that they stay small and exact however fast the
+/// vehicle travels.
 struct BodyKinematics {
   Frame3 R_OB{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
   Vec3 p_OB{0.0, 0.0, 0.0};  ///< origin of the body's frame from O [m].
   Spatial axis;              ///< motion per unit of the coordinate's speed.
   Spatial velocity;
-  Spatial bias;              ///< acceleration that the velocities alone cause; not of rotors.
+  Spatial bias;  ///< acceleration that the velocities alone cause; not of rotors.
 };
 
 /// Position, speed and acceleration of a prescribed coordinate at the moment of evaluation.
@@ -50,13 +50,15 @@ struct PrescribedMotion {
 };
 
 /// Forward dynamics of a floating tree by the articulated-body algorithm [Featherstone2008, ch. 7, 9.4], O(n), no
-/// allocation. All is told in one frame O: at the base's centre of mass, with the base's axes as they stand at this moment
-/// (an inertial frame, so that no term for its turning appears). Inertias then add without transforms, and whatever the
-/// joints cannot turn against the base (a wheel carrier on its slide) has a constant orientation and inertia.
+/// allocation. All is told in one frame O: at the base's centre of mass, with the base's axes as they stand at this
+/// moment (an inertial frame, so that no term for its turning appears). Inertias then add without transforms, and
+/// whatever the joints cannot turn against the base (a wheel carrier on its slide) has a constant orientation and
+/// inertia.
 ///
-/// A balanced wheel (leaf, its mass even about the axis it turns on) is a rotor: its spin moves no mass. Its mass and its
-/// inertia across the axis are added to the parent's once and for all; what is left of it is the equation of its spin and
-/// the gyroscopic moment h (w x k) of its momentum h k, w being the parent's angular velocity [Featherstone2008, 9.7].
+/// A balanced wheel (leaf, its mass even about the axis it turns on) is a rotor: its spin moves no mass. Its mass and
+/// its inertia across the axis are added to the parent's once and for all; what is left of it is the equation of its
+/// spin and the gyroscopic moment h (w x k) of its momentum h k, w being the parent's angular velocity
+/// [Featherstone2008, 9.7].
 class ArticulatedBody {
  public:
   explicit ArticulatedBody(std::vector<Body> bodies);
@@ -105,7 +107,7 @@ class ArticulatedBody {
   struct Constants {
     Frame3 R_PB;
     Vec3 p_PB, axis_B;
-    Vec3 p_Bcm;           // with the rotors it carries, like the two below
+    Vec3 p_Bcm;  // with the rotors it carries, like the two below
     double mass = 0.0;
     Symmetric3 I_cm_B;
     // Orientation against the base never changes: it and what follows from it stands in kinematics_ and below.
@@ -132,7 +134,7 @@ class ArticulatedBody {
 
   std::vector<Body> bodies_;
   std::vector<Constants> constants_;
-  std::vector<int> branches_, rotors_;   ///< bodies with an inertia of their own, base first; the others.
+  std::vector<int> branches_, rotors_;  ///< bodies with an inertia of their own, base first; the others.
   std::vector<BodyKinematics> kinematics_;
   std::vector<Spatial> forces_;
   std::vector<Work> work_;

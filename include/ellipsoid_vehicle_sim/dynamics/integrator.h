@@ -22,12 +22,13 @@ inline Eigen::Vector3d rotationVectorRate(const Eigen::Vector3d& r, const Eigen:
 /// One-step methods over a System that knows its own states. No physics in here. System must provide:
 ///   using State, Rate;
 ///   void rate(const State& x, double fraction, Rate& k)          k = f(x) at `fraction` of the step, 0 ... 1
-///   void positionRates(const State& x, Rate& k)                  only the position-like part of k, from x's velocities,
+///   void positionRates(const State& x, Rate& k)                  only the position-like part of k, from x's
+///   velocities,
 ///                                                                everything else as in the last rate()
 ///   void advance(const State& x, double h, const Rate& k, State& result)     result = x "+" h k on the manifold
 ///   void advanceVelocities(State& x, double h, const Rate& k), advancePositions(State& x, double h, const Rate& k)
-///   void toTangent(double h, const Rate& previous, Rate& k)      k as a rate of the increment, at the increment h previous
-///   void combine(Rate (&k)[4])                                   k0 = (k0 + 2 k1 + 2 k2 + k3) / 6
+///   void toTangent(double h, const Rate& previous, Rate& k)      k as a rate of the increment, at the increment h
+///   previous void combine(Rate (&k)[4])                                   k0 = (k0 + 2 k1 + 2 k2 + k3) / 6
 
 /// Order 1: x + dt f(x). Unstable for every step on an undamped oscillator: the baseline whose drift is to be seen.
 template <typename System>

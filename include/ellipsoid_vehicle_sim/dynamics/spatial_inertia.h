@@ -22,9 +22,7 @@ inline double dot(const Spatial& motion, const Spatial& force) {
 struct Symmetric3 {
   double xx, yy, zz, xy, xz, yz;
 
-  static Symmetric3 from(const Eigen::Matrix3d& m) {
-    return {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2)};
-  }
+  static Symmetric3 from(const Eigen::Matrix3d& m) { return {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2)}; }
   Vec3 operator*(const Vec3& v) const {
     return {xx * v.x + xy * v.y + xz * v.z, xy * v.x + yy * v.y + yz * v.z, xz * v.x + yz * v.y + zz * v.z};
   }
@@ -61,8 +59,12 @@ class SpatialInertia {
   /// A rigid body of mass m with its centre of mass at c and inertia I about it.
   void setRigid(double m, const Vec3& c, const Symmetric3& I) {
     const Vec3 p = m * c;  // H = [m c]x, row by row.
-    j_ = {I.xx + p.y * c.y + p.z * c.z, I.yy + p.x * c.x + p.z * c.z, I.zz + p.x * c.x + p.y * c.y,
-          I.xy - p.x * c.y,             I.xz - p.x * c.z,             I.yz - p.y * c.z};
+    j_ = {I.xx + p.y * c.y + p.z * c.z,
+          I.yy + p.x * c.x + p.z * c.z,
+          I.zz + p.x * c.x + p.y * c.y,
+          I.xy - p.x * c.y,
+          I.xz - p.x * c.z,
+          I.yz - p.y * c.z};
     h_[0] = {0.0, -p.z, p.y};
     h_[1] = {p.z, 0.0, -p.x};
     h_[2] = {-p.y, p.x, 0.0};
@@ -105,8 +107,8 @@ class SpatialInertia {
     const Symmetric3 schur{j_.xx - dot(hm[0], h_[0]), j_.yy - dot(hm[1], h_[1]), j_.zz - dot(hm[2], h_[2]),
                            j_.xy - dot(hm[0], h_[1]), j_.xz - dot(hm[0], h_[2]), j_.yz - dot(hm[1], h_[2])};
     const Vec3 l = m_inverse * force.linear;
-    const Vec3 a =
-        schur.solve({force.angular.x - dot(h_[0], l), force.angular.y - dot(h_[1], l), force.angular.z - dot(h_[2], l)});
+    const Vec3 a = schur.solve(
+        {force.angular.x - dot(h_[0], l), force.angular.y - dot(h_[1], l), force.angular.z - dot(h_[2], l)});
     return {a, l - (a.x * hm[0] + a.y * hm[1] + a.z * hm[2])};
   }
 

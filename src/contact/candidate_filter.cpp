@@ -1,0 +1,93 @@
+#include "ellipsoid_vehicle_sim/contact/candidate_filter.h"
+
+#include <cstring>
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
+namespace ellipsoid_vehicle_sim {
+namespace {
+
+// Relative tolerance above all rounding in a lane's arithmetic, of the depth and of the lengths that enter [-].
+constexpr double kDepthMargin = 1e-11, kLengthMargin = 1e-14;
+// T0 counts as outside an edge by ten times what the face test forgives [-].
+constexpr double kOutsideMargin = 1e-9;
+// Relative tolerance of the horizon test, above what a corner a kilometre away costs the height [-].
+constexpr double kHorizonMargin = 1e-9;
+// A corner this far above a plane counts as above [m]: far below any contact's sag.
+constexpr double kAbove = 1e-9;
+
+// The lanes of a register, in the compilers' vector extension: the same operations in the same order on every machine,
+// so the same bits whatever its width. x86 machines with wider registers get code of their own, chosen when the program
+// runs; nothing else is compiled for them.
+namespace plain {
+#define EVS_LANES 2
+#include "candidate_filter_lanes.h"
+#undef EVS_LANES
+}  // namespace plain
+
+#if defined(__x86_64__)
+#pragma GCC push_options
+#pragma GCC target("avx2")
+namespace avx2 {
+#define EVS_LANES 4
+#include "candidate_filter_lanes.h"
+#undef EVS_LANES
+}  // namespace avx2
+#pragma GCC pop_options
+
+#pragma GCC push_options
+#pragma GCC target("avx512f,avx512dq,avx512vl")
+namespace avx512 {
+#define EVS_LANES 8
+#include "candidate_filter_lanes.h"
+#undef EVS_LANES
+}  // namespace avx512
+#pragma GCC pop_options
+#endif
+
+struct Kernels {
+  void (*planes)(const CandidateBlock&, const FilterEllipsoid&, double, PlaneTest&);
+  void (*pushes)(const CandidateBlock&, std::uint32_t, const FilterEllipsoid&, const KnownPush&, PushTest&);
+};
+
+Kernels kernelsFor(FilterLanes lanes) {
+#if defined(__x86_64__)
+  if (lanes == FilterLanes::kEight) return {avx512::planes, avx512::pushes};
+  if (lanes == FilterLanes::kFour) return {avx2::planes, avx2::pushes};
+#endif
+  return {plain::planes, plain::pushes};
+}
+
+const Kernels kBest = kernelsFor(widestFilterLanes());
+
+}  // namespace
+
+FilterLanes widestFilterLanes() {
+#if defined(__x86_64__)
+  __builtin_cpu_init();
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
+    return FilterLanes::kEight;
+  if (__builtin_cpu_supports("avx2")) return FilterLanes::kFour;
+#endif
+  return FilterLanes::kTwo;
+}
+
+void testPlanes(const CandidateBlock& block, const FilterEllipsoid& ellipsoid, double slack, PlaneTest& result) {
+  kBest.planes(block, ellipsoid, slack, result);
+}
+void testPlanes(FilterLanes lanes, const CandidateBlock& block, const FilterEllipsoid& ellipsoid, double slack,
+                PlaneTest& result) {
+  kernelsFor(lanes).planes(block, ellipsoid, slack, result);
+}
+
+void testPush(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
+              const KnownPush& push, PushTest& result) {
+  kBest.pushes(block, wanted, ellipsoid, push, result);
+}
+void testPush(FilterLanes lanes, const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
+              const KnownPush& push, PushTest& result) {
+  kernelsFor(lanes).pushes(block, wanted, ellipsoid, push, result);
+}
+
+}  // namespace ellipsoid_vehicle_sim
