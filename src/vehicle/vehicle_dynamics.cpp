@@ -108,7 +108,7 @@ void VehicleDynamics::pose(const Motion& x) {
     const Mount& mount = mounts_[i];
     const Vec3 p_OE = k.p_OB + (steady ? mount.p_BE_O : fromFrame(k.R_OB, mount.p_BE));
     const Frame3 R_OE = steady ? mount.R_OE : fromFrame(k.R_OB, columns(ellipsoid.R_BE));
-    posed_[i] = PosedEllipsoid(x.X_WB.p + fromFrame(R_WB_, p_OE).toEigen(), fromFrame(R_WB_, R_OE).toEigen(),
+    posed_[i] = PosedEllipsoid((Vec3::from(x.X_WB.p) + fromFrame(R_WB_, p_OE)).toEigen(), fromFrame(R_WB_, R_OE),
                                ellipsoid.radii);
   }
 }
@@ -151,11 +151,13 @@ double VehicleDynamics::treadSpeed(int tread) const {
 // Velocity of the ellipsoid's surface where it touches, against the ground, and the part that its own turning makes.
 Vector3d VehicleDynamics::surfaceVelocity(const Motion& x, ActiveContact& active, Vector3d& v_roll) const {
   const ModelEllipsoid& ellipsoid = model_.ellipsoids[active.ellipsoid];
-  const Vector3d from_centre = active.contact.p_WE_lowest - posed_[active.ellipsoid].p_WE;
+  const Vec3 radius = Vec3::from(active.contact.p_WE_lowest) - Vec3::from(posed_[active.ellipsoid].p_WE);
+  const Vec3 w = fromFrame(R_WB_, tree_.kinematics(ellipsoid.body).velocity.angular);
+  v_roll = cross(w, radius).toEigen();
+  active.roll_axis = Vector3d(0.0, 0.0, 0.0);
   Vector3d v = pointVelocity(x, ellipsoid.body, Vec3::from(active.p_OC)).toEigen();
-  v_roll = cross(fromFrame(R_WB_, tree_.kinematics(ellipsoid.body).velocity.angular), Vec3::from(from_centre)).toEigen();
-  active.roll_axis.setZero();
   if (ellipsoid.tread < 0) return v;
+  const Vector3d from_centre = radius.toEigen();
 
   // A solid compound's wheel does not turn: its tread runs about the axle, which the steering turns.
   const Tread& tread = model_.treads[ellipsoid.tread];
@@ -183,12 +185,15 @@ Vector3d VehicleDynamics::surfaceVelocity(const Motion& x, ActiveContact& active
 
 // The friction's stretch of a contact: that of the carried contact with the nearest normal, turned to this one's.
 void VehicleDynamics::anchorOf(const Motion& x, ActiveContact& active, Vector3d& anchor) const {
-  anchor.setZero();
-  if (active.slot < 0) return;
+  if (active.slot < 0) {
+    anchor.setZero();
+    return;
+  }
   const CarriedContact& carried = frozen_->memory[active.ellipsoid].carried[active.slot];
-  const Vector3d& u = active.contact.nhat_W;
-  anchor = turnedWithNormal(x.anchor[active.ellipsoid][active.slot], carried.nhat_W, u);
-  anchor -= u.dot(anchor) * u;
+  const Vec3 u = Vec3::from(active.contact.nhat_W);
+  const Vec3 turned =
+      Vec3::from(turnedWithNormal(x.anchor[active.ellipsoid][active.slot], carried.nhat_W, active.contact.nhat_W));
+  anchor = (turned - dot(u, turned) * u).toEigen();
   if (!active.roll_axis.isZero(0.0)) anchor -= active.roll_axis.dot(anchor) * active.roll_axis;
 }
 
@@ -217,7 +222,8 @@ void VehicleDynamics::applyContacts(const Motion& x) {
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     unsigned taken = 0;
     for (int j = 0; j < contacts_[i].count; ++j) {
-      ActiveContact active;
+      active_.emplace_back();
+      ActiveContact& active = active_.back();
       active.ellipsoid = static_cast<int>(i);
       active.contact = contacts_[i].contact[j];
       active.slot = matchingSlot(frozen_->memory[i], active.contact.nhat_W, taken);
@@ -229,7 +235,6 @@ void VehicleDynamics::applyContacts(const Motion& x) {
                                   active.contact.pressed, active.contact.share, v, v_roll, anchor);
       const Vector3d f_W = active.force.normal * active.contact.nhat_W + active.force.friction_W;
       tree_.addForce(model_.ellipsoids[i].body, toFrame(R_WB_, Vec3::from(active.p_OC)), toFrame(R_WB_, Vec3::from(f_W)));
-      active_.push_back(active);
     }
   }
 }
