@@ -9,6 +9,9 @@ if(NOT TARGET GTest::gtest_main)  # its name in the find module of CMake before 
   target_link_libraries(GTest::gtest_main INTERFACE GTest::GTest GTest::Main)
 endif()
 
+# The work is in the libraries: tests are compiled with little optimisation, and read the headers they share once. Both
+# together halve the time of a build from nothing.
+set(first_test)
 file(GLOB test_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/test/*/*_test.cpp)
 list(FILTER test_sources EXCLUDE REGEX "/test/(ros|consumer|benchmark)/")
 foreach(source IN LISTS test_sources)
@@ -20,6 +23,14 @@ foreach(source IN LISTS test_sources)
     SHARE_DIR="${devel_prefix}/${package_share}")
   target_link_libraries(${name} PRIVATE
     ${PROJECT_NAME}_description ${PROJECT_NAME}_core GTest::gtest_main ${PROJECT_NAME}_warnings)
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  if(NOT first_test)
+    set(first_test ${name})
+    target_precompile_headers(${name} PRIVATE
+      <Eigen/Core> <Eigen/Geometry> <gtest/gtest.h> <array> <cmath> <memory> <string> <vector>)
+  else()
+    target_precompile_headers(${name} REUSE_FROM ${first_test})
+  endif()
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/test)
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES TIMEOUT 600)
