@@ -66,6 +66,35 @@ target_link_libraries(${PROJECT_NAME}_description
   PUBLIC ${PROJECT_NAME}_core
   PRIVATE urdfdom_model_library console_bridge_library tinyxml2_library yaml_cpp_library assimp::assimp)
 
+# Scenes: runs described by files, their records, the trade between speed and accuracy. No ROS.
+find_package(OpenSSL REQUIRED)
+find_sources(scene_sources scene trade)
+set(build_info ${PROJECT_BINARY_DIR}/build_info/build_info.inc)
+add_custom_target(${PROJECT_NAME}_build_info BYPRODUCTS ${build_info} COMMAND ${CMAKE_COMMAND}
+  -D "source=${PROJECT_SOURCE_DIR}" -D "output=${build_info}" -D "version=${PROJECT_VERSION}"
+  -D "compiler=${CMAKE_CXX_COMPILER_ID} ${CMAKE_CXX_COMPILER_VERSION}"
+  -D "flags=${CMAKE_BUILD_TYPE} ${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_RELEASE}"
+  -P ${PROJECT_SOURCE_DIR}/cmake/build_info.cmake COMMENT "Writing down what is built")
+add_library(${PROJECT_NAME}_scene SHARED ${scene_sources})
+set_up_library(${PROJECT_NAME}_scene)
+add_dependencies(${PROJECT_NAME}_scene ${PROJECT_NAME}_build_info)
+target_include_directories(${PROJECT_NAME}_scene PRIVATE ${PROJECT_BINARY_DIR}/build_info)
+target_link_libraries(${PROJECT_NAME}_scene PUBLIC ${PROJECT_NAME}_description PRIVATE yaml_cpp_library OpenSSL::Crypto)
+
+# Programs that need no ROS master: rosrun finds them where the node is.
+foreach(program IN ITEMS scene/headless trade/trade_off)
+  set(main src/${program}_main.cpp)
+  get_filename_component(program ${program} NAME)
+  add_executable(${PROJECT_NAME}_${program} ${main})
+  target_link_libraries(${PROJECT_NAME}_${program} PRIVATE ${PROJECT_NAME}_scene Threads::Threads ${PROJECT_NAME}_warnings)
+  set_target_properties(${PROJECT_NAME}_${program} PROPERTIES OUTPUT_NAME ${program}
+    RUNTIME_OUTPUT_DIRECTORY ${devel_prefix}/${package_programs}
+    INSTALL_RPATH "$ORIGIN/..")
+  install(TARGETS ${PROJECT_NAME}_${program} RUNTIME DESTINATION ${package_programs})
+endforeach()
+include(cmake/peers.cmake)
+install(TARGETS ${PROJECT_NAME}_scene LIBRARY DESTINATION lib)
+
 if(with_ros)
   find_sources(ros_sources ros)
   add_library(${PROJECT_NAME}_ros SHARED ${ros_sources})
@@ -73,7 +102,7 @@ if(with_ros)
   # SYSTEM: the warnings of roscpp's headers are not ours to fix.
   #catkin_lint: ignore_once external_interface_path
   target_include_directories(${PROJECT_NAME}_ros SYSTEM PUBLIC ${catkin_INCLUDE_DIRS})
-  target_link_libraries(${PROJECT_NAME}_ros PUBLIC ${PROJECT_NAME}_description ${catkin_LIBRARIES})
+  target_link_libraries(${PROJECT_NAME}_ros PUBLIC ${PROJECT_NAME}_scene ${catkin_LIBRARIES})
 
   add_executable(${PROJECT_NAME}_node src/ros/simulator_node_main.cpp)
   target_link_libraries(${PROJECT_NAME}_node PRIVATE ${PROJECT_NAME}_ros ${PROJECT_NAME}_warnings)

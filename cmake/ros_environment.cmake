@@ -47,7 +47,7 @@ if(with_ros)
   #catkin_lint: ignore_once unused_include_path
   catkin_package(
     INCLUDE_DIRS include
-    LIBRARIES ${PROJECT_NAME}_ros ${PROJECT_NAME}_description ${PROJECT_NAME}_core
+    LIBRARIES ${PROJECT_NAME}_ros ${PROJECT_NAME}_scene ${PROJECT_NAME}_description ${PROJECT_NAME}_core
     CATKIN_DEPENDS ${ros_components})
   set(devel_prefix ${CATKIN_DEVEL_PREFIX})
 else()

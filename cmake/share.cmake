@@ -27,6 +27,11 @@ add_custom_target(${PROJECT_NAME}_meshes ALL DEPENDS ${rolling_mesh})
 #catkin_lint: ignore_once external_file
 install(FILES ${rolling_mesh} DESTINATION ${package_share}/meshes)
 
+# trade_off draws its plots with it, wherever it runs.
+file(MAKE_DIRECTORY ${devel_prefix}/${package_share}/scripts)
+file(CREATE_LINK ${PROJECT_SOURCE_DIR}/scripts/plot_trade_off ${devel_prefix}/${package_share}/scripts/plot_trade_off SYMBOLIC)
+install(PROGRAMS scripts/plot_trade_off DESTINATION ${package_share}/scripts)
+
 if(with_ros)
   # Python programs run by roslaunch and rosrun; catkin makes them callable from the build tree too.
   catkin_install_python(PROGRAMS scripts/scripted_driver scripts/vehicle_description DESTINATION ${package_programs})

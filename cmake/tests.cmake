@@ -20,9 +20,10 @@ foreach(source IN LISTS test_sources)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/test)
   target_compile_definitions(${name} PRIVATE
     TEST_DATA_DIR="${PROJECT_SOURCE_DIR}/test/data" PACKAGE_DIR="${PROJECT_SOURCE_DIR}"
-    SHARE_DIR="${devel_prefix}/${package_share}")
+    SHARE_DIR="${devel_prefix}/${package_share}"
+    PROGRAM_DIR="${devel_prefix}/${package_programs}")
   target_link_libraries(${name} PRIVATE
-    ${PROJECT_NAME}_description ${PROJECT_NAME}_core GTest::gtest_main ${PROJECT_NAME}_warnings)
+    ${PROJECT_NAME}_scene ${PROJECT_NAME}_description ${PROJECT_NAME}_core GTest::gtest_main ${PROJECT_NAME}_warnings)
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   if(NOT first_test)
     set(first_test ${name})
@@ -35,6 +36,9 @@ foreach(source IN LISTS test_sources)
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES TIMEOUT 600)
 endforeach()
+
+# Runs the programs that need no ROS.
+add_dependencies(scene_test ${PROJECT_NAME}_headless ${PROJECT_NAME}_meshes)
 
 # A ten-line program against the installed core, built apart from this project.
 add_test(NAME consumer COMMAND ${CMAKE_COMMAND}

@@ -1,6 +1,7 @@
 #include "ellipsoid_vehicle_sim/description/joint_roles.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -361,6 +362,28 @@ std::vector<GroundWheel> assignRoles(VehicleDescription& vehicle,
                                      const std::vector<std::vector<CollisionShape>>& shapes, const RoleHints& hints,
                                      Problems& problems, std::vector<std::string>& notes) {
   return RoleFinder(vehicle, shapes, hints, problems, notes).find();
+}
+
+std::map<std::string, JointRole> rolesFromWords(const std::vector<std::string>& words, const std::string& where,
+                                                Problems& problems) {
+  constexpr std::array<JointRole, 7> kRoles = {JointRole::kLocked,    JointRole::kDrive,      JointRole::kFreeWheel,
+                                               JointRole::kSteer,     JointRole::kSuspension, JointRole::kPassive,
+                                               JointRole::kPrescribed};
+  std::map<std::string, JointRole> roles;
+  for (const std::string& word : words) {
+    const std::size_t equals = word.find('=');
+    const std::string role_name = equals == std::string::npos ? "" : word.substr(equals + 1);
+    const auto role = std::find_if(kRoles.begin(), kRoles.end(),
+                                   [&role_name](JointRole candidate) { return role_name == toString(candidate); });
+    if (role == kRoles.end()) {
+      std::string known;
+      for (const JointRole candidate : kRoles) known += (known.empty() ? "" : ", ") + std::string(toString(candidate));
+      problems.push_back({where, "'" + word + "' is not JOINT=ROLE with one of the roles " + known});
+    } else {
+      roles[word.substr(0, equals)] = *role;
+    }
+  }
+  return roles;
 }
 
 }  // namespace ellipsoid_vehicle_sim

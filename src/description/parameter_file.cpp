@@ -1,45 +1,11 @@
 #include "ellipsoid_vehicle_sim/description/parameter_file.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <fstream>
 #include <sstream>
 
+#include "ellipsoid_vehicle_sim/description/yaml_reader.h"
+
 namespace ellipsoid_vehicle_sim {
-namespace {
-
-/// A scalar by YAML's rules: what stands in quotes is text.
-ParameterValue scalarOf(const YAML::Node& node) {
-  const bool quoted = node.Tag() == "!";
-  bool flag;
-  std::int64_t whole;
-  double number;
-  if (!quoted && YAML::convert<std::int64_t>::decode(node, whole)) return whole;
-  if (!quoted && YAML::convert<double>::decode(node, number)) return number;
-  if (!quoted && YAML::convert<bool>::decode(node, flag)) return flag;
-  return node.Scalar();
-}
-
-std::optional<ParameterValue> valueOf(const YAML::Node& node) {
-  if (node.IsScalar()) return scalarOf(node);
-  if (!node.IsSequence()) return std::nullopt;
-  std::vector<double> numbers;
-  std::vector<std::string> texts;
-  for (const YAML::Node& item : node) {
-    if (!item.IsScalar()) return std::nullopt;
-    const ParameterValue value = scalarOf(item);
-    if (const auto* text = std::get_if<std::string>(&value)) {
-      texts.push_back(*text);
-    } else if (!std::holds_alternative<bool>(value)) {
-      numbers.push_back(numberOf(value));
-    }
-  }
-  if (texts.size() == node.size() && !texts.empty()) return ParameterValue(texts);
-  if (numbers.size() == node.size()) return ParameterValue(numbers);
-  return std::nullopt;
-}
-
-}  // namespace
 
 Loaded<ParameterValues> readParameterFile(const std::string& path) {
   Loaded<ParameterValues> result;
@@ -60,7 +26,7 @@ Loaded<ParameterValues> readParameterFile(const std::string& path) {
     for (const auto& pair : root) {
       const std::string key = pair.first.Scalar();
       const std::string where = path + ":" + std::to_string(pair.first.Mark().line + 1) + " " + key;
-      const auto value = valueOf(pair.second);
+      const auto value = parameterValue(pair.second);
       if (!value) {
         result.problems.push_back({where, "is empty, a dictionary or a mixed list, which no parameter is"});
       } else if (!values.emplace(key, *value).second) {

@@ -1,16 +1,13 @@
 #include "ellipsoid_vehicle_sim/description/world_file.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <limits>
-#include <sstream>
 
 #include "ellipsoid_vehicle_sim/description/number_text.h"
+#include "ellipsoid_vehicle_sim/description/yaml_reader.h"
 #include "ellipsoid_vehicle_sim/world/mesh_file.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -18,14 +15,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Range {
-  double min, max;
-  const char* text;
-};
-
-constexpr Range kScale{1e-6, 1e6, "a size between 1e-6 and 1e6, negative to mirror"};
-constexpr Range kPlace{0.0, 1e9, "between -1e9 and 1e9"};
-constexpr Range kFriction{0.0, 100.0, "between 0 and 100"};
+const NumberRange kScale{1e-6, 1e6, "a size between 1e-6 and 1e6, negative to mirror"};
+const NumberRange kPlace{0.0, 1e9, "between -1e9 and 1e9"};
+const NumberRange kFriction{0.0, 100.0, "between 0 and 100"};
 
 /// One entry of `meshes`.
 struct MeshEntry {
@@ -64,66 +56,29 @@ bool differInFriction(const Surface& a, const Surface& b) {
   return a.mu_static != b.mu_static || a.mu_kinetic != b.mu_kinetic;
 }
 
-class WorldReader {
+class WorldReader : private YamlReader {
  public:
-  WorldReader(const std::string& path, const UriResolver& resolver) : path_(path), resolver_(resolver) {}
+  WorldReader(const std::string& path, const UriResolver& resolver) : YamlReader(path), resolver_(resolver) {}
 
   Loaded<WorldDescription> readMesh() {
     MeshEntry entry;
-    entry.file = path_;
-    entry.surface.name = fs::path(path_).stem().string();
+    entry.file = path();
+    entry.surface.name = fs::path(path()).stem().string();
     load(entry);
     return finish();
   }
 
   Loaded<WorldDescription> readYaml() {
-    std::ifstream in(path_, std::ios::binary);
-    std::ostringstream text;
-    text << in.rdbuf();
-    if (!in || text.str().empty()) {
-      std::error_code error;
-      const char* reason = fs::is_directory(path_, error) ? "is a folder, not a world file"
-                           : !fs::exists(path_, error)    ? "there is no such file"
-                                                          : "is empty, or cannot be read";
-      result_.problems.push_back({path_, reason});
-      return finish();
-    }
-    try {
-      readRoot(YAML::Load(text.str()));
-    } catch (const YAML::Exception& error) {
-      result_.problems.push_back({path_ + ":" + std::to_string(error.mark.line + 1), "no YAML: " + error.msg});
-    }
+    if (const std::optional<YAML::Node> root = open("world")) readRoot(*root);
     return finish();
   }
 
  private:
-  void problem(const YAML::Node& node, const std::string& message) {
-    result_.problems.push_back({path_ + ":" + std::to_string(node.Mark().line + 1), message});
-  }
-
   Loaded<WorldDescription> finish() {
-    world_.name = fs::path(path_).stem().string();
+    world_.name = fs::path(path()).stem().string();
+    result_.problems = std::move(problems);
     if (result_.problems.empty()) result_.value = std::move(world_);
     return std::move(result_);
-  }
-
-  /// Calls read(key, value) for every pair of a dictionary, after making sure that keys are known and given once.
-  template <typename Read>
-  void forEachKey(const YAML::Node& map, const std::vector<std::string>& known, Read&& read) {
-    std::vector<std::string> seen;
-    for (const auto& pair : map) {
-      const std::string key = pair.first.IsScalar() ? pair.first.Scalar() : std::string();
-      if (std::find(known.begin(), known.end(), key) == known.end()) {
-        std::string list;
-        for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
-        problem(pair.first, "unknown key '" + key + "'; known are " + list);
-      } else if (std::find(seen.begin(), seen.end(), key) != seen.end()) {
-        problem(pair.first, "'" + key + "' is given twice");
-      } else {
-        seen.push_back(key);
-        read(key, pair.second);
-      }
-    }
   }
 
   void readRoot(const YAML::Node& root) {
@@ -149,7 +104,7 @@ class WorldReader {
     if (!node.IsMap()) return problem(node, "a mesh is a dictionary with the key file");
     MeshEntry entry;
     entry.line = node.Mark().line + 1;
-    const std::size_t problems_before = result_.problems.size();
+    const std::size_t problems_before = problems.size();
     bool has_file = false;
     const std::vector<std::string> keys = {"file", "scale", "pose", "mu_static", "mu_kinetic", "surface"};
     forEachKey(node, keys, [&](const std::string& key, const YAML::Node& value) {
@@ -172,7 +127,7 @@ class WorldReader {
       }
     });
     if (!has_file) problem(node, "a mesh without 'file'");
-    if (!has_file || result_.problems.size() != problems_before) return;
+    if (!has_file || problems.size() != problems_before) return;
 
     Surface& surface = entry.surface;
     if (surface.name.empty()) surface.name = fs::path(entry.file).stem().string();
@@ -197,47 +152,13 @@ class WorldReader {
     }
   }
 
-  std::string text(const YAML::Node& value, const std::string& key) {
-    if (value.IsScalar() && !value.Scalar().empty()) return value.Scalar();
-    problem(value, "'" + key + "' is not a text");
-    return {};
-  }
-
-  std::optional<double> number(const YAML::Node& value, const std::string& key, const Range& range,
-                               bool may_be_negative) {
-    if (!value.IsScalar()) {
-      problem(value, "'" + key + "' is not a number; allowed is " + range.text);
-      return std::nullopt;
-    }
-    const std::optional<double> x = parseNumber(value.Scalar());
-    const double size = x ? (may_be_negative ? std::abs(*x) : *x) : std::numeric_limits<double>::quiet_NaN();
-    if (size >= range.min && size <= range.max) return x;
-    problem(value, "'" + key + "' is " + (x ? "" : "no number: ") + value.Scalar() + "; allowed is " + range.text);
-    return std::nullopt;
-  }
-
-  std::optional<std::vector<double>> numbers(const YAML::Node& value, const std::string& key, std::size_t count,
-                                             const Range& range, const std::string& shape) {
-    if (!value.IsSequence() || value.size() != count) {
-      problem(value, "'" + key + "' is not " + shape);
-      return std::nullopt;
-    }
-    std::vector<double> result;
-    for (const YAML::Node& item : value) {
-      const std::optional<double> x = number(item, key, range, true);
-      if (x) result.push_back(*x);
-    }
-    if (result.size() != count) return std::nullopt;
-    return result;
-  }
-
   std::optional<std::string> locate(const MeshEntry& entry) {
     if (entry.line == 0) return entry.file;
     const bool is_uri = entry.file.find("://") != std::string::npos;
-    if (!is_uri) return (fs::path(path_).parent_path() / entry.file).string();
+    if (!is_uri) return (fs::path(path()).parent_path() / entry.file).string();
     const std::optional<std::string> found = resolver_ ? resolver_(entry.file) : std::nullopt;
     if (!found) {
-      result_.problems.push_back({path_ + ":" + std::to_string(entry.line),
+      problems.push_back({path() + ":" + std::to_string(entry.line),
                                   "'" + entry.file + "' is not found: no such package, or no such file in it"});
     }
     return found;
@@ -247,15 +168,15 @@ class WorldReader {
     std::vector<Surface>& surfaces = world_.soup.surfaces;
     const auto found =
         std::find_if(surfaces.begin(), surfaces.end(), [&](const Surface& s) { return s.name == entry.surface.name; });
-    const std::string where = path_ + ":" + std::to_string(entry.line);
+    const std::string where = path() + ":" + std::to_string(entry.line);
     if (found != surfaces.end() && differInFriction(*found, entry.surface)) {
-      result_.problems.push_back({where, "surface '" + entry.surface.name +
+      problems.push_back({where, "surface '" + entry.surface.name +
                                              "' has another friction further up; name it by another 'surface'"});
       return std::nullopt;
     }
     if (found == surfaces.end()) {
       if (surfaces.size() > std::numeric_limits<std::uint16_t>::max()) {
-        result_.problems.push_back({where, "more than 65536 surfaces"});
+        problems.push_back({where, "more than 65536 surfaces"});
         return std::nullopt;
       }
       surfaces.push_back(entry.surface);
@@ -268,21 +189,21 @@ class WorldReader {
     const std::optional<std::uint16_t> surface = surfaceIndex(entry);
     const std::optional<std::string> file = locate(entry);
     if (!file) return;
+    world_.files.push_back(*file);
     const Loaded<MeshData> mesh = readMeshFile(*file);
     for (Problem problem : mesh.problems) {
-      if (entry.line > 0) problem = {path_ + ":" + std::to_string(entry.line), problem.text()};
-      result_.problems.push_back(std::move(problem));
+      if (entry.line > 0) problem = {path() + ":" + std::to_string(entry.line), problem.text()};
+      problems.push_back(std::move(problem));
     }
     result_.notes.insert(result_.notes.end(), mesh.notes.begin(), mesh.notes.end());
     if (!mesh || !surface) return;
     if (world_.soup.vertices.size() + mesh.value->vertices.size() > std::numeric_limits<std::uint32_t>::max()) {
-      result_.problems.push_back({path_, "more than 4294967295 vertices in all meshes"});
+      problems.push_back({path(), "more than 4294967295 vertices in all meshes"});
       return;
     }
     append(*mesh.value, entry, *surface, world_.soup);
   }
 
-  const std::string& path_;
   const UriResolver& resolver_;
   Loaded<WorldDescription> result_;
   WorldDescription world_;

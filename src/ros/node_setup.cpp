@@ -8,12 +8,11 @@
 #include <xmlrpcpp/XmlRpcClient.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <sstream>
 
+#include "ellipsoid_vehicle_sim/description/joint_roles.h"
 #include "ellipsoid_vehicle_sim/description/parameter_file.h"
 #include "ellipsoid_vehicle_sim/description/urdf_loader.h"
 #include "ellipsoid_vehicle_sim/description/urdf_text.h"
@@ -99,28 +98,6 @@ Loaded<NodeParameters> loadParameters(const ros::NodeHandle& nh_priv) {
   result.problems.insert(result.problems.begin(), problems.begin(), problems.end());
   if (!result.problems.empty()) result.value.reset();
   return result;
-}
-
-/// "JOINT=ROLE" words as the URDF loader wants them.
-std::map<std::string, JointRole> parseRoles(const std::vector<std::string>& words, Problems& problems) {
-  constexpr std::array<JointRole, 7> kRoles = {JointRole::kLocked,    JointRole::kDrive,      JointRole::kFreeWheel,
-                                               JointRole::kSteer,     JointRole::kSuspension, JointRole::kPassive,
-                                               JointRole::kPrescribed};
-  std::map<std::string, JointRole> roles;
-  for (const std::string& word : words) {
-    const std::size_t equals = word.find('=');
-    const std::string role_name = equals == std::string::npos ? "" : word.substr(equals + 1);
-    const auto role = std::find_if(kRoles.begin(), kRoles.end(),
-                                   [&role_name](JointRole candidate) { return role_name == toString(candidate); });
-    if (role == kRoles.end()) {
-      std::string known;
-      for (const JointRole candidate : kRoles) known += (known.empty() ? "" : ", ") + std::string(toString(candidate));
-      problems.push_back({"~joint_roles", "'" + word + "' is not JOINT=ROLE with one of the roles " + known});
-    } else {
-      roles[word.substr(0, equals)] = *role;
-    }
-  }
-  return roles;
 }
 
 /// Whether a node that the master lists is still there; one that crashed stays listed.
@@ -248,7 +225,7 @@ Loaded<NodeSetup> loadSetup(const ros::NodeHandle& nh, const ros::NodeHandle& nh
   if (urdf) {
     UrdfOptions urdf_options;
     urdf_options.drive_joints = options.drive_joints;
-    urdf_options.roles = parseRoles(options.joint_roles, problems);
+    urdf_options.roles = rolesFromWords(options.joint_roles, "~joint_roles", problems);
     const UriResolver resolver = packageResolver(options.package_dirs, urdf.value->file);
     vehicle = loadUrdfText(urdf.value->text, urdf.value->file, resolver, urdf_options);
     drawn_links = drawnLinks(*urdf.value, resolver);

@@ -51,6 +51,10 @@ std::vector<GroundWheel> assignRoles(VehicleDescription& vehicle,
                                      const std::vector<std::vector<CollisionShape>>& shapes, const RoleHints& hints,
                                      Problems& problems, std::vector<std::string>& notes);
 
+/// Roles given in words, "JOINT=ROLE" each; a word that is none is a problem at `where`.
+std::map<std::string, JointRole> rolesFromWords(const std::vector<std::string>& words, const std::string& where,
+                                                Problems& problems);
+
 /// The table for the log, a line each: joint, type, role, why. Fixed joints are only counted.
 std::vector<std::string> jointTable(const VehicleDescription& vehicle);
 

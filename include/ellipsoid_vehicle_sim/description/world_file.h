@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "ellipsoid_vehicle_sim/description/uri_resolver.h"
 #include "ellipsoid_vehicle_sim/geometry/problem.h"
@@ -20,6 +21,7 @@ struct WorldDescription {
   std::string name;   ///< stem of the file.
   TriangleSoup soup;  ///< all meshes in W, in the order of the file.
   WorldStart start;
+  std::vector<std::string> files;  ///< the meshes read, in the order of the file.
 };
 
 /// Reads a world: a mesh file as it is, or a YAML file (.yaml, .yml)
