@@ -70,6 +70,7 @@ Problems writeStudyManifest(const std::string& path, const StudyRecord& record, 
     text("description", loaded.scene.description);
     number("duration_s", loaded.scene.duration);
     number("horizon_s", loaded.scene.horizon);
+    yaml << YAML::Key << "driven" << YAML::Value << (loaded.vehicle.layout != DriveLayout::kNone);
     yaml << YAML::Key << "files" << YAML::Value << YAML::BeginSeq;
     for (const std::string& file : loaded.files) {
       yaml << YAML::BeginMap;
