@@ -37,6 +37,7 @@ ContactForce contactForce(const ContactLaw& law, const FrictionCoefficients& mu,
 
   const Vec3 v_t = v - v_n * u;
   const double limit = (mu.mu_static == mu.mu_kinetic ? mu.mu_kinetic : mu.at(norm(v_t))) * force.normal;
+  force.friction_limit = limit;
 
   if (law.mode == FrictionMode::kViscous) {
     force.friction_W = (-clipped(law.viscous_friction * v_t, limit, force.sliding)).toEigen();

@@ -32,10 +32,12 @@ void SimulatorNode::advertise() {
   if (options_.clock == ClockMode::kPublish) {
     clock_publisher_ = nh_.advertise<rosgraph_msgs::Clock>("/clock", kStateQueue);
   }
+  // Latched in lockstep: a commander that comes late still gets the state that it has to answer, before odom asks for it.
+  const bool latch = options_.lockstep;
   // "/tf" is one tree for all, whatever the name space; it can be remapped.
-  if (options_.publish_tf) tf_publisher_ = nh_.advertise<tf2_msgs::TFMessage>("/tf", kStateQueue);
-  odom_publisher_ = nh_.advertise<nav_msgs::Odometry>("odom", kStateQueue, options_.lockstep);
-  joint_publisher_ = nh_.advertise<sensor_msgs::JointState>("joint_states", kStateQueue);
+  if (options_.publish_tf) tf_publisher_ = nh_.advertise<tf2_msgs::TFMessage>("/tf", kStateQueue, latch);
+  odom_publisher_ = nh_.advertise<nav_msgs::Odometry>("odom", kStateQueue, latch);
+  joint_publisher_ = nh_.advertise<sensor_msgs::JointState>("joint_states", kStateQueue, latch);
   contact_publisher_ = nh_.advertise<visualization_msgs::MarkerArray>("contact_markers", kMarkerQueue);
   shape_publisher_ = nh_.advertise<visualization_msgs::MarkerArray>("collision_shapes", 1, true);
   world_publisher_ = nh_.advertise<visualization_msgs::MarkerArray>("world", 1, true);

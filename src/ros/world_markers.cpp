@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "ellipsoid_vehicle_sim/ros/conversions.h"
 
@@ -17,14 +19,27 @@ constexpr double kBackOffset = 0.005;  // [m]
 // The cube follows the vehicle once it has come this share of the way to its border.
 constexpr double kFollowShare = 0.5;
 
-/// Colours of surfaces in order; more surfaces start again.
-constexpr std::array<std::array<double, 3>, 6> kSurfaceColors = {{{0.62, 0.66, 0.60},
-                                                                  {0.72, 0.58, 0.40},
-                                                                  {0.46, 0.60, 0.76},
-                                                                  {0.76, 0.74, 0.44},
-                                                                  {0.74, 0.50, 0.50},
-                                                                  {0.48, 0.70, 0.52}}};
-constexpr std::array<double, 3> kBackColor = {0.27, 0.12, 0.34};
+using Rgb = std::array<double, 3>;
+
+/// Colours of surfaces that are named like one of these, in any case.
+constexpr std::array<std::pair<const char*, Rgb>, 10> kNamedColors = {{{"asphalt", {0.46, 0.47, 0.50}},
+                                                                       {"concrete", {0.76, 0.68, 0.56}},
+                                                                       {"dirt", {0.52, 0.38, 0.26}},
+                                                                       {"grass", {0.42, 0.54, 0.28}},
+                                                                       {"gravel", {0.62, 0.58, 0.52}},
+                                                                       {"ice", {0.70, 0.86, 0.94}},
+                                                                       {"kerb", {0.42, 0.58, 0.80}},
+                                                                       {"sand", {0.86, 0.78, 0.54}},
+                                                                       {"snow", {0.94, 0.95, 0.97}},
+                                                                       {"wood", {0.66, 0.48, 0.30}}}};
+/// Colours of the others in order; more surfaces start again.
+constexpr std::array<Rgb, 6> kSurfaceColors = {{{0.62, 0.66, 0.60},
+                                                {0.72, 0.58, 0.40},
+                                                {0.46, 0.60, 0.76},
+                                                {0.76, 0.74, 0.44},
+                                                {0.74, 0.50, 0.50},
+                                                {0.48, 0.70, 0.52}}};
+constexpr Rgb kBackColor = {0.27, 0.12, 0.34};
 
 /// Light from above and the side: 0.35 in the shade, 1 facing it. RViz does not shade triangles that have colours.
 double brightness(const Eigen::Vector3d& nhat_W) {
@@ -32,12 +47,20 @@ double brightness(const Eigen::Vector3d& nhat_W) {
   return 0.35 + 0.65 * std::max(0.0, nhat_W.dot(kToLight));
 }
 
-std_msgs::ColorRGBA shaded(const std::array<double, 3>& color, double light) {
+std_msgs::ColorRGBA shaded(const Rgb& color, double light) {
   return toColor(light * color[0], light * color[1], light * color[2], 1.0);
 }
 
-void addTriangle(const Triangle& triangle, int surface, visualization_msgs::Marker& marker) {
-  const auto& color = kSurfaceColors[static_cast<std::size_t>(surface) % kSurfaceColors.size()];
+Rgb colorOf(const std::string& surface, std::size_t index) {
+  std::string name = surface;
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+  for (const auto& [known, color] : kNamedColors) {
+    if (name.find(known) != std::string::npos) return color;
+  }
+  return kSurfaceColors[index % kSurfaceColors.size()];
+}
+
+void addTriangle(const Triangle& triangle, const Rgb& color, visualization_msgs::Marker& marker) {
   for (const Eigen::Vector3d& corner : triangle.v) marker.points.push_back(toPoint(corner));
   marker.colors.push_back(shaded(color, brightness(triangle.nhat_W)));
   // Seen from behind, this copy covers the front's; seen from the front, the front covers it.
@@ -87,6 +110,8 @@ std::optional<visualization_msgs::MarkerArray> WorldMarkers::update(const Eigen:
 
   // Each triangle is drawn twice, so a marker takes half as many.
   constexpr std::size_t kPerMarker = kTrianglesPerMarker / 2;
+  std::vector<Rgb> colors;
+  for (const Surface& surface : terrain_->surfaces()) colors.push_back(colorOf(surface.name, colors.size()));
   visualization_msgs::MarkerArray markers;
   const std::size_t count = std::max<std::size_t>(1, (triangles.size() + kPerMarker - 1) / kPerMarker);
   for (std::size_t chunk = 0; chunk < count; ++chunk) {
@@ -101,7 +126,8 @@ std::optional<visualization_msgs::MarkerArray> WorldMarkers::update(const Eigen:
     marker.color = toColor(1.0, 1.0, 1.0, 1.0);
     const std::size_t end = std::min(triangles.size(), (chunk + 1) * kPerMarker);
     for (std::size_t i = chunk * kPerMarker; i < end; ++i) {
-      addTriangle(terrain_->triangle(triangles[i]), terrain_->surfaceIndex(triangles[i]), marker);
+      const auto surface = static_cast<std::size_t>(terrain_->surfaceIndex(triangles[i]));
+      addTriangle(terrain_->triangle(triangles[i]), colors[surface], marker);
     }
     // A list without triangles is an error to RViz: off the edge of the world there is nothing to show.
     if (marker.points.empty()) marker.action = visualization_msgs::Marker::DELETE;

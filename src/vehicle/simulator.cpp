@@ -284,6 +284,7 @@ void Simulator::contacts(std::vector<ContactReport>& out) const {
     report.depth = active.contact.depth;
     report.normal_force = active.force.normal;
     report.friction_W = active.force.friction_W;
+    report.friction_limit = active.force.friction_limit;
     report.sliding = active.force.sliding;
     out.push_back(report);
   }

@@ -50,6 +50,7 @@ struct ContactForce {
   double normal = 0.0;                                       ///< f_n [N].
   Eigen::Vector3d friction_W = Eigen::Vector3d::Zero();      ///< f_t [N], perpendicular to u.
   Eigen::Vector3d anchor_rate_W = Eigen::Vector3d::Zero();   ///< z' [m/s].
+  double friction_limit = 0.0;                               ///< radius of the cone: mu f_n [N].
   double stretch_limit = 0.0;                                ///< longest stretch the cone carries: mu f_n / (w k_z) [m].
   bool sliding = false;                                      ///< the friction is at the edge of its cone.
 };

@@ -11,8 +11,9 @@
 
 namespace ellipsoid_vehicle_sim {
 
-/// The triangles as collided. Front sides in their surface's colour, shaded by their normal so that the relief shows;
-/// back sides dark violet, a little behind the front. Lists of at most 100,000 triangles.
+/// The triangles as collided. Front sides in their surface's colour (that of its name where it is a known one, such as
+/// asphalt, grass or ice), shaded by their normal so that the relief shows; back sides dark violet, a little behind the
+/// front. Lists of at most 100,000 triangles.
 class WorldMarkers {
  public:
   WorldMarkers(std::shared_ptr<const Terrain> terrain, std::string frame, int limit);

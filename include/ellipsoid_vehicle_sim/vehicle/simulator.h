@@ -33,6 +33,7 @@ struct ContactReport {
   double depth = 0.0;             ///< geometric penetration [m].
   double normal_force = 0.0;      ///< [N], >= 0.
   Eigen::Vector3d friction_W;     ///< [N], perpendicular to nhat_W.
+  double friction_limit = 0.0;    ///< largest friction that the contact can carry now: mu normal_force [N].
   bool sliding = false;           ///< the friction is at the edge of its cone.
 };
 
