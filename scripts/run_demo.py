@@ -39,6 +39,8 @@ def parse_arguments():
                         % ", ".join(sorted(shipped_files.vehicles())))
     parser.add_argument("--world", default="course", help="shipped name or path of a mesh or world YAML: %s"
                         % ", ".join(sorted(shipped_files.worlds())))
+    parser.add_argument("--view", default="drive", choices=["drive", "contacts"],
+                        help="what RViz shows: the drive (default), or its contacts close up")
     parser.add_argument("--check", action="store_true", help=argparse.SUPPRESS)  # look at the arguments, do nothing
     arguments = parser.parse_args()
     if arguments.seconds is not None and not 0.0 < arguments.seconds < 1e6:
@@ -55,9 +57,9 @@ def parse_arguments():
     return arguments
 
 
-def rviz_config(vehicle, folder):
-    """The shipped RViz configuration with the camera on this vehicle's root link, as far away as its size asks for."""
-    with open(os.path.join(shipped_files.share_folder(), "launch", "simulator.rviz")) as file:
+def rviz_config(view, vehicle, folder):
+    """A shipped RViz configuration with the camera on this vehicle's root link, as far away as its size asks for."""
+    with open(os.path.join(shipped_files.share_folder(), "launch", view + ".rviz")) as file:
         text = file.read()
     try:
         urdf = ElementTree.parse(shipped_files.find("vehicle", vehicle)).getroot()
@@ -68,7 +70,9 @@ def rviz_config(vehicle, folder):
         reach = max(math.hypot(*(float(x) for x in joint.find("origin").get("xyz").split()))
                     for joint in joints if joint.find("origin") is not None and joint.find("origin").get("xyz"))
         text = text.replace("Target Frame: base_link", "Target Frame: " + root)
-        text = text.replace("Distance: 9\n", "Distance: %.3g\n" % min(30.0, max(1.5, DISTANCE_PER_REACH * reach)))
+        for view_distance, share in (("9", 1.0), ("5", 0.6)):  # of drive.rviz, of contacts.rviz
+            text = text.replace("Distance: %s\n" % view_distance,
+                                "Distance: %.3g\n" % min(30.0, max(1.5, share * DISTANCE_PER_REACH * reach)))
     except (ElementTree.ParseError, AttributeError, IndexError, ValueError):
         pass  # the simulator will say what is wrong with it; the shipped view will do
     path = os.path.join(folder, "demo.rviz")
@@ -135,7 +139,7 @@ def run(arguments, folder):
     command = ["roslaunch", "-p", str(port), "ellipsoid_vehicle_sim", "demo.launch",
                "vehicle:=" + arguments.vehicle, "world:=" + arguments.world, "duration:=%r" % seconds,
                "rviz:=" + ("false" if arguments.headless else "true"),
-               "rviz_config:=" + rviz_config(arguments.vehicle, folder),
+               "rviz_config:=" + rviz_config(arguments.view, arguments.vehicle, folder),
                "lockstep:=" + ("true" if arguments.headless else "false"),
                "real_time_factor:=" + ("0" if arguments.headless else "1"),
                "summary_file:=" + os.path.join(folder, "summary"),
