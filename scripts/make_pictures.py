@@ -23,8 +23,8 @@ from shipped_files import share_folder
 from virtual_screen import VirtualScreen
 
 PERIOD = 0.02  # [s] between two odom messages
-DEADLINE = 120.0  # [s] of wall time for anything to happen
-QUIET = 0.3  # [s] of wall time without a change on the screen: RViz draws at 30 Hz, slow machines at 5
+DEADLINE = 60.0  # [s] of wall time for anything to happen
+QUIET = 1.0  # [s] of wall time without a change on the screen: RViz draws at 30 Hz, a slow machine at 3
 
 
 class Scene:
@@ -63,6 +63,8 @@ class Commander:
         self._arrived = threading.Condition()
         self._messages = []
         self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=100, tcp_nodelay=True)
+        # A command sent before the simulator has connected would be lost, and lockstep would wait for it for ever.
+        wait_until(lambda: self._publisher.get_num_connections() > 0, "the simulator to listen to cmd_vel")
         self._subscriber = rospy.Subscriber("odom", Odometry, self._take, queue_size=100, tcp_nodelay=True)
 
     def _take(self, message):
@@ -117,22 +119,27 @@ def view_file(scene, folder):
     return path
 
 
-def settled(screen):
-    """The screen once nothing has moved on it for a while."""
+def has_sky(picture):
+    """RViz has begun to draw: the background colour of the shipped views is to be seen."""
+    return picture.share(lambda r, g, b: (r, g, b) == (178, 200, 222)) > 0.02
+
+
+def settled(screen, wanted):
+    """The screen once nothing has moved on it for a while and it is what was wanted."""
     picture, since = screen.grab(), time.monotonic()
     end = since + DEADLINE
-    while time.monotonic() - since < QUIET:
+    while time.monotonic() - since < QUIET or not wanted(picture):
         time.sleep(0.05)
         now = screen.grab()
         if now != picture:
             picture, since = now, time.monotonic()
         if time.monotonic() > end:
-            raise RuntimeError("the screen does not come to rest")
+            raise RuntimeError("in %g s the screen did not show what was wanted, at rest" % DEADLINE)
     return picture
 
 
-def pictures_of(scene, folder):
-    """One picture for each time of the scene."""
+def pictures_of(scene, folder, wanted=has_sky):
+    """One picture for each time of the scene; each is waited for until wanted(picture)."""
     arguments = ["vehicle:=" + scene.vehicle, "world:=" + scene.world, "lockstep:=true", "real_time_factor:=0"]
     if scene.start:
         rospy.set_param("/simulator/start", scene.start)
@@ -141,25 +148,27 @@ def pictures_of(scene, folder):
         simulator = subprocess.Popen(["roslaunch", "--wait", "ellipsoid_vehicle_sim", "simulator.launch"] + arguments,
                                      stdout=log, stderr=log)
         rviz = None
-        commander = Commander()
+        commander = None
         try:
+            commander = Commander()
             first = commander.next_odom()
             rviz = subprocess.Popen(["rviz", "--fullscreen", "-d", view_file(scene, folder), "__name:=rviz"],
                                     env=screen.environment(), stdout=log, stderr=log)
             for topic in ("/contact_markers", "/collision_shapes", "/world"):
                 wait_until(lambda: subscribed(topic, "/rviz"), "RViz to subscribe %s" % topic)
-            settled(screen)
+            settled(screen, has_sky)
             result, odom, start = [], first, first.header.stamp.to_sec()
             for moment in scene.times:
                 while odom.header.stamp.to_sec() - start < moment - 1e-6:
                     commander.answer(*scene.drive(odom.header.stamp.to_sec() - start))
                     odom = commander.next_odom()
-                result.append(settled(screen))
+                result.append(settled(screen, wanted))
                 print("%.1f s" % moment, end=" ", flush=True)
             print()
             return result
         finally:
-            commander.close()
+            if commander:
+                commander.close()
             for process in (rviz, simulator):
                 if process:
                     process.terminate()

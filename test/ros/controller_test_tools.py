@@ -23,11 +23,12 @@ def along_heading(odom, distance):
 
 
 class Launch:
-    """`roslaunch ellipsoid_vehicle_sim FILE ARGUMENTS` on this test's master; ends with the `with` block."""
+    """`roslaunch FILE ARGUMENTS` on this test's master, FILE of the package or a path; ends with the `with` block."""
 
     def __init__(self, file, *arguments, **popen):
         self._log = tempfile.TemporaryFile("w+", errors="replace")
-        self.process = subprocess.Popen(["roslaunch", "--wait", "ellipsoid_vehicle_sim", file, *arguments],
+        self.process = subprocess.Popen(["roslaunch", "--wait", *([file] if "/" in file else ["ellipsoid_vehicle_sim", file]),
+                                         *arguments],
                                         stdout=self._log, stderr=subprocess.STDOUT, **popen)
 
     def __enter__(self):
