@@ -70,7 +70,7 @@ def rviz_config(view, vehicle, folder):
         reach = max(math.hypot(*(float(x) for x in joint.find("origin").get("xyz").split()))
                     for joint in joints if joint.find("origin") is not None and joint.find("origin").get("xyz"))
         text = text.replace("Target Frame: base_link", "Target Frame: " + root)
-        for view_distance, share in (("9", 1.0), ("5", 0.6)):  # of drive.rviz, of contacts.rviz
+        for view_distance, share in (("9", 1.0), ("6.5", 0.7)):  # of drive.rviz, of contacts.rviz
             text = text.replace("Distance: %s\n" % view_distance,
                                 "Distance: %.3g\n" % min(30.0, max(1.5, share * DISTANCE_PER_REACH * reach)))
     except (ElementTree.ParseError, AttributeError, IndexError, ValueError):
