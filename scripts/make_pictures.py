@@ -49,8 +49,6 @@ SCENES = {
     "course.png": Scene("car", "course", "drive", steady(4.0), [4.5], (760, 460),
                         changes=[("Distance: 9", "Distance: 8"), ("Pitch: 0.35", "Pitch: 0.4"), ("Yaw: 3.8", "Yaw: 3.9")]),
     "contacts.png": Scene("car", "course", "contacts", skid, [4.0], (760, 460), start=[60.0, -16.0, math.pi]),
-    "skid_steer.png": Scene("skid_steer", "rolling", "drive", steady(1.0, 0.5), [6.0], (760, 460),
-                            changes=[("Distance: 9", "Distance: 2.2")]),
     "drive.gif": Scene("car", "course", "drive", steady(5.0), [0.6 + 0.1 * k for k in range(60)], (560, 340),
                        changes=[("Distance: 9", "Distance: 8.5"), ("Pitch: 0.35", "Pitch: 0.3")]),
 }
