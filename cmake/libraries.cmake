@@ -103,6 +103,11 @@ if(with_ros)
   #catkin_lint: ignore_once external_interface_path
   target_include_directories(${PROJECT_NAME}_ros SYSTEM PUBLIC ${catkin_INCLUDE_DIRS})
   target_link_libraries(${PROJECT_NAME}_ros PUBLIC ${PROJECT_NAME}_scene ${catkin_LIBRARIES})
+  target_include_directories(${PROJECT_NAME}_ros SYSTEM PUBLIC $<BUILD_INTERFACE:${devel_prefix}/include>)
+  add_dependencies(${PROJECT_NAME}_ros ${PROJECT_NAME}_generate_messages_cpp ${PROJECT_NAME}_gencfg)
+  # roscpp's headers are most of what compiling these files costs.
+  target_precompile_headers(${PROJECT_NAME}_ros PRIVATE
+    <ros/ros.h> <Eigen/Geometry> <nav_msgs/Odometry.h> <sensor_msgs/JointState.h> <visualization_msgs/MarkerArray.h>)
 
   add_executable(${PROJECT_NAME}_node src/ros/simulator_node_main.cpp)
   target_link_libraries(${PROJECT_NAME}_node PRIVATE ${PROJECT_NAME}_ros ${PROJECT_NAME}_warnings)

@@ -28,14 +28,14 @@ if(BUILD_ROS)  # ON or AUTO
   if(ros_python)
     set(PYTHON_EXECUTABLE ${ros_python} CACHE FILEPATH "Python with catkin_pkg")
     set(Python3_EXECUTABLE ${ros_python} CACHE FILEPATH "Python with catkin_pkg")
-    set(ros_components diagnostic_msgs geometry_msgs nav_msgs roscpp rosgraph_msgs roslib sensor_msgs std_msgs
-      std_srvs tf2_msgs visualization_msgs)
+    set(ros_components diagnostic_msgs dynamic_reconfigure geometry_msgs nav_msgs roscpp rosgraph_msgs roslib sensor_msgs
+      std_msgs std_srvs tf2_msgs visualization_msgs)
     set(or_not REQUIRED)
     if(BUILD_ROS STREQUAL "AUTO")
       set(or_not QUIET)
     endif()
     #catkin_lint: ignore_once missing_required
-    find_package(catkin ${or_not} COMPONENTS ${ros_components})
+    find_package(catkin ${or_not} COMPONENTS ${ros_components} message_generation)
     set(with_ros ${catkin_FOUND})
   elseif(NOT BUILD_ROS STREQUAL "AUTO")
     message(FATAL_ERROR "BUILD_ROS=${BUILD_ROS}, but no Python with catkin_pkg was found: install python3-catkin-pkg, or set "
@@ -44,11 +44,18 @@ if(BUILD_ROS)  # ON or AUTO
 endif()
 
 if(with_ros)
+  # Own messages and services, and what may change while running; catkin wants them before catkin_package().
+  add_message_files(FILES ContactCandidate.msg ContactState.msg ContactStates.msg ParameterChange.msg)
+  add_service_files(FILES ExplainContact.srv RestoreState.srv SaveState.srv SetPose.srv Step.srv)
+  generate_messages(DEPENDENCIES geometry_msgs std_msgs)
+  generate_dynamic_reconfigure_options(cfg/Running.cfg)
+  # Both hand the folder of the generated headers to every target; the core shall not see it.
+  set_property(DIRECTORY PROPERTY INCLUDE_DIRECTORIES "")
   #catkin_lint: ignore_once unused_include_path
   catkin_package(
     INCLUDE_DIRS include
     LIBRARIES ${PROJECT_NAME}_ros ${PROJECT_NAME}_scene ${PROJECT_NAME}_description ${PROJECT_NAME}_core
-    CATKIN_DEPENDS ${ros_components})
+    CATKIN_DEPENDS ${ros_components} message_runtime)
   set(devel_prefix ${CATKIN_DEVEL_PREFIX})
 else()
   message(STATUS "${PROJECT_NAME}: without ROS, only the core and the description libraries")

@@ -39,4 +39,5 @@
 ///   [Stribeck1902]       R. Stribeck, Die wesentlichen Eigenschaften der Gleit- und Rollenlager, VDI-Z. 46 (1902).
 ///   [CanudasDeWit1995]   C. Canudas de Wit et al., A new model for control of systems with friction, IEEE TAC 40 (1995).
 ///   [FowlerNollVo]       G. Fowler, L. C. Noll, K.-P. Vo: the FNV-1a hash.
+///   [Steele2014]         G. Steele, D. Lea, C. Flood, Fast splittable pseudorandom number generators, OOPSLA 2014: SplitMix64.
 ///   [Hairer1993]         E. Hairer, S. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed.: Runge-Kutta methods.

@@ -53,7 +53,7 @@ Marker ContactMarkers::markerOf(const Key& key, int type, const ros::Time& stamp
 }
 
 double ContactMarkers::lengthOf(double force) const {
-  return std::clamp(force * metres_per_newton_, kShortestShare * longest_, longest_);
+  return scale_ * std::clamp(force * metres_per_newton_, kShortestShare * longest_, longest_);
 }
 
 Marker ContactMarkers::arrow(const Key& key, const Eigen::Vector3d& p_WC, const Eigen::Vector3d& force_W,

@@ -9,6 +9,10 @@ namespace {
 // The pose is exact; filters want some variance and take 0 for "unknown" or divide by it. A millimetre and a
 // milliradian.
 constexpr double kTruthVariance = 1e-6;  // [m^2], [rad^2], and likewise for speeds
+// What encoders tell of a speed is off by some slip: a centimetre a second.
+constexpr double kEncoderVariance = 1e-4;
+// Nothing is known: large, and still harmless to a filter.
+constexpr double kUnknownVariance = 1e6;
 
 bool finite(double value) { return std::isfinite(value); }
 
@@ -100,7 +104,7 @@ geometry_msgs::TransformStamped toTransform(const Pose& X_WR, const std::string&
 void toJointState(const std::vector<std::string>& names, const std::vector<JointReading>& readings,
                   const ros::Time& stamp, sensor_msgs::JointState& message) {
   message.header.stamp = stamp;
-  message.name = names;
+  if (message.name.size() != names.size()) message.name = names;
   message.position.resize(readings.size());
   message.velocity.resize(readings.size());
   message.effort.resize(readings.size());
@@ -109,6 +113,97 @@ void toJointState(const std::vector<std::string>& names, const std::vector<Joint
     message.velocity[i] = readings[i].velocity;
     message.effort[i] = readings[i].effort;
   }
+}
+
+ContactState toContactState(const ContactReport& contact, const EllipsoidPlacement& ellipsoid,
+                            const std::string& surface) {
+  ContactState message;
+  message.ellipsoid = ellipsoid.name;
+  message.link = ellipsoid.link;
+  message.triangle = contact.triangle;
+  message.surface = surface;
+  message.point = toPoint(contact.p_WC);
+  message.normal = toVector(contact.nhat_W);
+  message.depth = contact.depth;
+  message.force = toVector(contact.normal_force * contact.nhat_W + contact.friction_W);
+  message.normal_force = contact.normal_force;
+  message.friction = toVector(contact.friction_W);
+  message.sliding = contact.sliding;
+  return message;
+}
+
+sensor_msgs::Imu toImu(const ImuReading& reading, const ImuNoise& noise, const std::string& frame,
+                       const ros::Time& stamp) {
+  sensor_msgs::Imu message;
+  message.header.stamp = stamp;
+  message.header.frame_id = frame;
+  message.orientation = toQuaternion(reading.q_WR);
+  message.angular_velocity = toVector(reading.w_WR_R);
+  message.linear_acceleration = toVector(reading.f_R);
+  for (std::size_t i = 0; i < 9; i += 4) {
+    message.orientation_covariance[i] = std::max(noise.orientation * noise.orientation, kTruthVariance);
+    message.angular_velocity_covariance[i] = std::max(noise.angular_velocity * noise.angular_velocity, kTruthVariance);
+    message.linear_acceleration_covariance[i] = std::max(noise.acceleration * noise.acceleration, kTruthVariance);
+  }
+  return message;
+}
+
+nav_msgs::Odometry toOdometry(const WheelOdometry& odometry, double speed, double yaw_rate, double reference_x,
+                              const std::string& odom_frame, const std::string& base_frame, const ros::Time& stamp) {
+  nav_msgs::Odometry message;
+  message.header.stamp = stamp;
+  message.header.frame_id = odom_frame;
+  message.child_frame_id = base_frame;
+  message.pose.pose = toPose(odometry.pose());
+  message.twist.twist.linear.x = speed;
+  // The encoders tell of the reference point; the root link is behind it by reference_x.
+  message.twist.twist.linear.y = -yaw_rate * reference_x;
+  message.twist.twist.angular.z = yaw_rate;
+  // Rows and columns x, y, z, roll, pitch, yaw.
+  const Eigen::Matrix3d P = odometry.covariance();
+  constexpr std::size_t kMeasured[3] = {0, 1, 5};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      message.pose.covariance[6 * kMeasured[i] + kMeasured[j]] =
+          P(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+    }
+    message.pose.covariance[7 * kMeasured[i]] += kTruthVariance;
+    message.twist.covariance[7 * kMeasured[i]] = kEncoderVariance;
+  }
+  for (const std::size_t unknown : {2U, 3U, 4U}) {
+    message.pose.covariance[7 * unknown] = kUnknownVariance;
+    message.twist.covariance[7 * unknown] = kUnknownVariance;
+  }
+  return message;
+}
+
+Pose fromPose(const geometry_msgs::Pose& pose) {
+  return {Eigen::Vector3d(pose.position.x, pose.position.y, pose.position.z),
+          Eigen::Quaterniond(pose.orientation.w, pose.orientation.x, pose.orientation.y, pose.orientation.z)};
+}
+
+Eigen::Vector3d fromVector(const geometry_msgs::Vector3& v) { return {v.x, v.y, v.z}; }
+
+DriveCommand toDriveCommand(const AckermannDriveStamped& message) {
+  DriveCommand command;
+  command.kind = DriveCommand::Kind::kAckermann;
+  command.speed = message.speed;
+  command.steering_angle = message.steering_angle;
+  command.steering_angle_velocity = message.steering_angle_velocity;
+  command.acceleration = message.acceleration;
+  command.jerk = message.jerk;
+  return command;
+}
+
+std::vector<JointRequest> toJointRequests(const sensor_msgs::JointState& message) {
+  std::vector<JointRequest> requests(message.name.size());
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    requests[i].joint = message.name[i];
+    if (!message.position.empty()) requests[i].position = message.position[i];
+    if (!message.velocity.empty()) requests[i].velocity = message.velocity[i];
+    if (!message.effort.empty()) requests[i].effort = message.effort[i];
+  }
+  return requests;
 }
 
 DriveCommand toDriveCommand(const geometry_msgs::Twist& twist) {
@@ -122,10 +217,16 @@ DriveCommand toDriveCommand(const geometry_msgs::Twist& twist) {
 bool allFinite(const nav_msgs::Odometry& message) {
   const geometry_msgs::Pose& pose = message.pose.pose;
   const geometry_msgs::Twist& twist = message.twist.twist;
-  return allFinite(std::vector<double>{pose.position.x, pose.position.y, pose.position.z, pose.orientation.w,
-                                       pose.orientation.x, pose.orientation.y, pose.orientation.z, twist.linear.x,
-                                       twist.linear.y, twist.linear.z, twist.angular.x, twist.angular.y,
-                                       twist.angular.z});
+  // A sum is finite only if everything in it is; these are far from overflowing together.
+  return finite(pose.position.x + pose.position.y + pose.position.z + pose.orientation.w + pose.orientation.x +
+                pose.orientation.y + pose.orientation.z + twist.linear.x + twist.linear.y + twist.linear.z +
+                twist.angular.x + twist.angular.y + twist.angular.z);
+}
+
+bool allFinite(const sensor_msgs::Imu& m) {
+  return finite(m.orientation.w + m.orientation.x + m.orientation.y + m.orientation.z + m.angular_velocity.x +
+                m.angular_velocity.y + m.angular_velocity.z + m.linear_acceleration.x + m.linear_acceleration.y +
+                m.linear_acceleration.z);
 }
 
 bool allFinite(const sensor_msgs::JointState& message) {

@@ -41,6 +41,32 @@ std::optional<ParameterValue> fromXmlRpc(XmlRpc::XmlRpcValue& value) {
 /// What only several values together can get wrong.
 void checkTogether(const NodeParameters& parameters, Problems& problems) {
   const NodeOptions& options = parameters.options;
+  std::vector<std::string> topics;
+  for (const std::string& topic : options.lockstep_topics) {
+    const bool known = std::find(kCommandTopics.begin(), kCommandTopics.end(), topic) != kCommandTopics.end();
+    const bool twice = std::find(topics.begin(), topics.end(), topic) != topics.end();
+    if (!known) {
+      problems.push_back(
+          {"~lockstep_topics",
+           "'" + topic + "' is no topic of commands, allowed are cmd_vel, ackermann_cmd, joint_commands"});
+    }
+    if (twice) problems.push_back({"~lockstep_topics", "'" + topic + "' stands there twice"});
+    topics.push_back(topic);
+  }
+  if (options.lockstep && topics.empty()) problems.push_back({"~lockstep_topics", "is empty: nothing to wait for"});
+  if (options.odometry == OdometrySource::kTruth && !options.world_frame.empty() &&
+      options.world_frame != options.odom_frame) {
+    problems.push_back({"~world_frame", "'" + options.world_frame + "' is not odom_frame '" + options.odom_frame +
+                                            "': with odometry: truth they are one frame"});
+  }
+  if (options.odometry == OdometrySource::kEncoders && worldFrameOf(options) == options.odom_frame) {
+    problems.push_back(
+        {"~world_frame",
+         "'" + options.odom_frame + "' is odom_frame too: with odometry: encoders they are two, which drift apart"});
+  }
+  if (options.noise_seed != std::floor(options.noise_seed)) {
+    problems.push_back({"~noise_seed", "'" + valueText(options.noise_seed) + "' is no whole number"});
+  }
   if (options.clock != ClockMode::kPublish && options.lockstep) {
     problems.push_back({"~lockstep", "'true' needs clock: publish, or nobody could wait for anybody"});
   }
@@ -51,6 +77,11 @@ void checkTogether(const NodeParameters& parameters, Problems& problems) {
 }
 
 }  // namespace
+
+std::string worldFrameOf(const NodeOptions& options) {
+  if (!options.world_frame.empty()) return options.world_frame;
+  return options.odometry == OdometrySource::kTruth ? options.odom_frame : "map";
+}
 
 ParameterTable<NodeOptions> nodeParameters() {
   using O = NodeOptions;
@@ -71,34 +102,73 @@ ParameterTable<NodeOptions> nodeParameters() {
           "suspension, passive, prescribed."),
       listParameter("start", "m, m, rad", 3, &O::start,
                     "x, y and yaw at which the vehicle is set down. Not given: the world's."),
-      textParameter("odom_frame", &O::odom_frame, "Frame of the world in tf and messages (REP-105)."),
+      textParameter("odom_frame", &O::odom_frame,
+                    "Frame of odom (REP-105). With odometry: truth it is the world's; nothing drifts."),
+      textParameter("world_frame", &O::world_frame,
+                    "Frame of world, contacts and ground_truth. Not given: odom_frame with odometry: truth, map with "
+                    "odometry: encoders."),
       textParameter("base_frame", &O::base_frame,
                     "Frame of the vehicle; only the URDF's root link can be it. Not given: that link."),
-      flagParameter("publish_tf", &O::publish_tf, "Send odom_frame -> base_frame to tf."),
+      flagParameter("publish_tf", &O::publish_tf, "Send odom_frame -> base_frame to tf, as odom says."),
+      flagParameter("publish_world_tf", &O::publish_world_tf,
+                    "With odometry: encoders, send world_frame -> odom_frame too, so that the sum is true: what a "
+                    "perfect localisation would do."),
+      choiceParameter<O, OdometrySource>(
+          "odometry", {{"truth", OdometrySource::kTruth}, {"encoders", OdometrySource::kEncoders}}, &O::odometry,
+          "truth: odom is where the vehicle is. encoders: dead reckoning on a plane from wheel speeds and steering, "
+          "which slip and slopes lead astray; it starts at zero, and its covariance grows with the way."),
+      nestedParameter("odometry_position_noise", "m/sqrt(m)", 0.0, 10.0, &O::odometry_noise, &OdometryNoise::position,
+                      "Standard deviation that odom from encoders claims for the distance after one metre; it grows "
+                      "with the root of the way."),
+      nestedParameter("odometry_yaw_noise", "rad/sqrt(m)", 0.0, 10.0, &O::odometry_noise, &OdometryNoise::yaw,
+                      "Likewise for the heading, after one metre."),
+      nestedParameter("odometry_turn_noise", "rad/sqrt(rad)", 0.0, 10.0, &O::odometry_noise, &OdometryNoise::turn,
+                      "Likewise for the heading, after turning by one radian."),
+      nestedParameter("imu_orientation_noise", "rad", 0.0, 1.0, &O::imu_noise, &ImuNoise::orientation,
+                      "White noise on the orientation of imu: standard deviation on each axis, also its covariance."),
+      nestedParameter("imu_angular_velocity_noise", "rad/s", 0.0, 10.0, &O::imu_noise, &ImuNoise::angular_velocity,
+                      "Likewise on the angular velocity."),
+      nestedParameter("imu_acceleration_noise", "m/s^2", 0.0, 100.0, &O::imu_noise, &ImuNoise::acceleration,
+                      "Likewise on the linear acceleration."),
+      numberParameter("noise_seed", "-", 0.0, 9007199254740992.0, &O::noise_seed,
+                      "Whole number that the noise is made from: the same seed gives the same noise at the same step "
+                      "after a reset."),
       choiceParameter<O, ClockMode>(
           "clock", {{"publish", ClockMode::kPublish}, {"follow", ClockMode::kFollow}, {"wall", ClockMode::kWall}},
           &O::clock,
           "publish: this node is the source of /clock (needs /use_sim_time). follow: another node is. wall: stamps are "
           "wall "
           "time."),
-      numberParameter("clock_rate", "Hz", 1.0, 1e6, &O::clock_rate,
-                      "Of /clock, in simulated time, like all rates here; at most one message a tick."),
-      numberParameter("publish_rate", "Hz", 0.1, 1e6, &O::publish_rate,
-                      "Of odom, tf and joint_states. In lockstep one command is awaited after each."),
-      numberParameter("marker_rate", "Hz", 0.1, 1e6, &O::marker_rate, "Of contact_markers."),
-      numberParameter("real_time_factor", "-", 0.0, 1e6, &O::real_time_factor,
-                      "Simulated time over wall time; 0: as fast as possible. Falling behind is reported."),
+      running(numberParameter("clock_rate", "Hz", 1.0, 1e6, &O::clock_rate,
+                              "Of /clock, in simulated time, like all rates here; at most one message a tick.")),
+      running(numberParameter(
+          "publish_rate", "Hz", 0.1, 1e6, &O::publish_rate,
+          "Of odom, ground_truth, tf, joint_states and contacts. In lockstep one command is awaited after "
+          "each.")),
+      running(numberParameter("imu_rate", "Hz", 0.1, 1e6, &O::imu_rate, "Of imu.")),
+      running(numberParameter("marker_rate", "Hz", 0.1, 1e6, &O::marker_rate, "Of contact_markers.")),
+      running(numberParameter("real_time_factor", "-", 0.0, 1e6, &O::real_time_factor,
+                              "Simulated time over wall time; 0: as fast as possible. Falling behind is reported.")),
       flagParameter("lockstep", &O::lockstep,
                     "Simulated time waits for the commander: after each odom the next command must come. Free-running "
                     "commands reach a fast simulation at random times; these do not."),
+      listParameter("lockstep_topics", "", 0, &O::lockstep_topics,
+                    "The topics a command is awaited on, one of each: of cmd_vel, ackermann_cmd, joint_commands."),
       numberParameter("lockstep_timeout", "s", 0.0, 1e6, &O::lockstep_timeout,
                       "Wall time to wait for that command before giving up with an error; 0: for ever."),
       numberParameter("duration", "s", 0.0, 1e9, &O::duration, "Simulated time after which the node ends; 0: never."),
       numberParameter(
           "contact_arrow_scale", "m/N", 1e-9, 1e3, &O::contact_arrow_scale,
           "Length of contact arrows. Not given: the weight of the vehicle is twice as long as the vehicle."),
+      running(
+          numberParameter("marker_scale", "-", 0.01, 100.0, &O::marker_scale, "Length of contact arrows, times this.")),
+      running(numberParameter("friction_scale", "-", 0.0, 10.0, &O::friction_scale,
+                              "Every coefficient of friction, times this: rain, while it runs.")),
       numberParameter("world_marker_limit", "-", 1000.0, 1e8, &O::world_marker_limit,
                       "Triangles shown at most; of a larger world only the part around the vehicle."),
+      flagParameter("gazebo_services", &O::gazebo_services,
+                    "Offer /gazebo/reset_simulation, reset_world, pause_physics and unpause_physics (std_srvs/Empty) "
+                    "for programs that know these names. The clock goes on over a reset here."),
       textParameter("summary_file", &O::summary_file, "File for the report that is also logged at the end."),
   };
 }
@@ -117,6 +187,24 @@ std::string parameterManual() {
   manual += "\n# --- The physics ---\n";
   for (const auto& row : simConfigParameters()) manual += manualEntry(row.spec, row.get(SimConfig{}));
   return manual;
+}
+
+std::string parameterReference() {
+  std::string text =
+      "# Parameters\n\nAll parameters of `ellipsoid_vehicle_sim_node`, private to the node. Written from the tables in "
+      "the code, like `launch/simulator.yaml`:\n`parameters_test` compares, and `ELLIPSOID_VEHICLE_SIM_UPDATE=1` "
+      "writes "
+      "it anew. *Derived*: from vehicle and step, and logged. Those marked\n(running) may change while the node runs, "
+      "by "
+      "dynamic_reconfigure; all others are fixed at the start.\n";
+  const auto add = [&text](const auto& table, const auto& defaults, const char* title) {
+    text +=
+        std::string("\n## ") + title + "\n\n| parameter | default | range | unit | meaning |\n|---|---|---|---|---|\n";
+    for (const auto& row : table) text += referenceRow(row.spec, row.get(defaults));
+  };
+  add(nodeParameters(), NodeOptions{}, "The node");
+  add(simConfigParameters(), SimConfig{}, "The physics");
+  return text;
 }
 
 Loaded<ParameterValues> readParameterServer(const ros::NodeHandle& nh_priv) {

@@ -13,21 +13,73 @@ constexpr double kSteerableSpeed = 1e-3;
 
 double approach(double from, double to, double step) { return from + std::clamp(to - from, -step, step); }
 
-// Speeding up is bounded by one limit, slowing down by the other.
-double limited(double now, double wanted, const SimConfig& config) {
-  const bool slower = std::abs(wanted) < std::abs(now) || now * wanted < 0.0;
-  return approach(now, wanted, (slower ? config.max_deceleration : config.max_acceleration) * config.dt);
+// Moves d.speed towards `wanted` within the limits of the vehicle and of the command.
+void rampSpeed(DriveState& d, double wanted, const SimConfig& config) {
+  const bool slower = std::abs(wanted) < std::abs(d.speed) || d.speed * wanted < 0.0;
+  double limit = slower ? config.max_deceleration : config.max_acceleration;
+  const bool ackermann = d.command.kind == DriveCommand::Kind::kAckermann;
+  if (ackermann && d.command.acceleration > 0.0) limit = std::min(limit, d.command.acceleration);
+  const double before = d.speed;
+  if (ackermann && d.command.jerk > 0.0) {
+    // A speed with limits on its first and second derivative is a path with limits on speed and acceleration.
+    const double change = profileChange(wanted - d.speed, d.acceleration, limit, d.command.jerk, config.dt);
+    d.speed += config.dt * (d.acceleration + 0.5 * config.dt * change);
+    d.acceleration += config.dt * change;
+    return;
+  }
+  d.speed = approach(d.speed, wanted, limit * config.dt);
+  d.acceleration = (d.speed - before) / config.dt;
 }
 
-// Curvature that the command asks for, within what the steering can do.
-double commandedCurvature(const DriveModel& drive, const DriveCommand& command, double present) {
+// Curvature that the command asks for, within what the steering can do; keeps the virtual front wheel's angle.
+double commandedCurvature(const DriveModel& drive, DriveState& d, double present, double dt) {
+  const DriveCommand& command = d.command;
   double curvature = present;
   if (command.kind == DriveCommand::Kind::kAckermann) {
-    curvature = drive.wheelbase > 0.0 ? std::tan(std::clamp(command.steering_angle, -1.5, 1.5)) / drive.wheelbase : 0.0;
-  } else if (std::abs(command.speed) > kSteerableSpeed) {
-    curvature = command.yaw_rate / command.speed;
+    const double wanted = std::clamp(command.steering_angle, -std::atan(drive.max_curvature_right * drive.wheelbase),
+                                     std::atan(drive.max_curvature_left * drive.wheelbase));
+    const bool bounded = command.steering_angle_velocity > 0.0;
+    d.steering = bounded ? approach(d.steering, wanted, command.steering_angle_velocity * dt) : wanted;
+    curvature = drive.wheelbase > 0.0 ? std::tan(d.steering) / drive.wheelbase : 0.0;
+  } else {
+    if (std::abs(command.speed) > kSteerableSpeed) curvature = command.yaw_rate / command.speed;
+    d.steering = std::atan(present * drive.wheelbase);
   }
   return std::clamp(curvature, -drive.max_curvature_right, drive.max_curvature_left);
+}
+
+bool inForce(const JointCommand& command, const SimConfig& config) {
+  return command.kind != JointCommand::Kind::kNone &&
+         static_cast<double>(command.age) * config.dt <= config.command_timeout;
+}
+
+// Counts the tick, and forgets a command that has become too old; true in that tick.
+bool ageCommand(JointCommand& command, const SimConfig& config) {
+  if (command.kind == JointCommand::Kind::kNone) return false;
+  if (inForce(command, config)) {
+    ++command.age;
+    return false;
+  }
+  command = JointCommand{};
+  return true;
+}
+
+// What each wheel does by itself in the coming tick, and the speed it is asked for.
+void applyWheelCommands(const DriveModel& drive, const SimConfig& config, DriveState& d, bool& timed_out) {
+  for (std::size_t i = 0; i < d.wheel_command.size(); ++i) {
+    JointCommand& command = d.wheel_command[i];
+    timed_out = ageCommand(command, config) || timed_out;
+    OwnMode mode = OwnMode::kNone;
+    if (command.kind == JointCommand::Kind::kEffort) {
+      mode = OwnMode::kEffort;
+    } else if (command.kind == JointCommand::Kind::kVelocity) {
+      // Like the vehicle: zero means brake, so that it stays where it stands.
+      mode = command.value == 0.0 && command.effort == 0.0 ? OwnMode::kBrake : OwnMode::kVelocity;
+      const double fastest = config.max_speed / drive.wheels[i].radius;
+      d.wheel_speed[i] = std::clamp(command.value, -fastest, fastest);
+    }
+    d.own_mode[i] = mode;
+  }
 }
 
 // Ground speed of a wheel along its own rolling direction, for a vehicle whose reference point moves at `speed` with
@@ -42,6 +94,57 @@ double steerAngle(const VehicleModel& model, const VehicleState& state, int stee
   if (steer < 0) return 0.0;
   const SteerUnit& unit = model.drive.steers[steer];
   return unit.sign * state.profiles[unit.prescribed].position;
+}
+
+// Integrals of the wheels' servos; none while a torque is at its limit.
+void updateIntegrals(const DriveModel& drive, const SimConfig& config, VehicleState& state) {
+  DriveState& d = state.drive;
+  const auto errorOf = [&](std::size_t i) { return d.wheel_speed[i] - state.motion.qd[drive.wheels[i].joint]; };
+  double mean_error = 0.0;
+  int driven = 0;
+  for (std::size_t i = 0; i < drive.wheels.size(); ++i) {
+    const WheelUnit& wheel = drive.wheels[i];
+    if (!wheel.driven || wheel.joint < 0 || d.own_mode[i] != OwnMode::kNone) continue;
+    mean_error += wheel.forward_sign * errorOf(i);
+    ++driven;
+  }
+  const bool shared = drive.layout == DriveLayout::kAckermann && drive.differential != Differential::kPerWheel;
+  for (std::size_t i = 0; i < drive.wheels.size(); ++i) {
+    const WheelUnit& wheel = drive.wheels[i];
+    const OwnMode own = d.own_mode[i];
+    if (!wheel.driven || wheel.joint < 0 || drive.integral_gain <= 0.0) continue;
+    if (own != OwnMode::kVelocity && (own != OwnMode::kNone || d.mode != DriveState::Mode::kDrive)) {
+      d.integral[i] = 0.0;
+      continue;
+    }
+    const bool alone = own == OwnMode::kVelocity || !shared;
+    const double error = alone ? errorOf(i) : wheel.forward_sign * mean_error / driven;
+    const double added = own == OwnMode::kVelocity ? d.wheel_command[i].effort : 0.0;
+    if (std::abs(drive.speed_gain * error + d.integral[i] + added) < wheel.max_torque)
+      d.integral[i] += drive.integral_gain * error * config.dt;
+  }
+}
+
+// The target of a joint on a path, where it has a command of its own; true in the tick in which that becomes too old.
+bool applyProfileCommand(const PrescribedJoint& joint, const SimConfig& config, JointCommand& command,
+                         ProfileState& profile) {
+  const bool moving = command.kind == JointCommand::Kind::kVelocity;
+  const bool timed_out = ageCommand(command, config);
+  if (command.kind == JointCommand::Kind::kPosition) {
+    profile.target = std::clamp(command.value, joint.lower, joint.upper);
+  } else if (command.kind == JointCommand::Kind::kVelocity && command.value != 0.0) {
+    profile.target = command.value > 0.0 ? joint.upper : joint.lower;
+  } else if (moving) {
+    // Stopped, or its command is too old: it holds where it can come to rest.
+    const double stop = profile.position + profile.velocity * std::abs(profile.velocity) / (2.0 * joint.max_acceleration);
+    profile.target = std::clamp(stop, joint.lower, joint.upper);
+  }
+  return timed_out;
+}
+
+double speedLimit(const PrescribedJoint& joint, const JointCommand& command) {
+  const bool moving = command.kind == JointCommand::Kind::kVelocity && command.value != 0.0;
+  return moving ? std::min(joint.max_speed, std::abs(command.value)) : joint.max_speed;
 }
 
 }  // namespace
@@ -65,15 +168,18 @@ bool effortExceeded(const PrescribedJoint& joint, const ProfileState& profile) {
          profile.effort * (profile.target - profile.position) > 0.0;
 }
 
-double profileAcceleration(const PrescribedJoint& joint, const ProfileState& profile, double dt) {
-  const double A = joint.max_acceleration;
-  const double distance = profile.target - profile.position;
-  // Speed at the end of the tick from which the joint can still stop at the target: what is left after this tick, with one
-  // more tick at that speed, is the braking distance v^2 / (2 A). Solved for v; near the target it is dead-beat.
-  const double left = distance - 0.5 * profile.velocity * dt;
+double profileChange(double distance, double rate, double max_rate, double max_change, double dt) {
+  const double A = max_change;
+  // Rate at the end of the tick from which the quantity can still stop at its target: what is left after this tick, with
+  // one more tick at that rate, is the braking distance v^2 / (2 A). Solved for v; near the target it is dead-beat.
+  const double left = distance - 0.5 * rate * dt;
   const double v = std::copysign(A * (std::sqrt(dt * dt + 2.0 * std::abs(left) / A) - dt), left);
-  const double wanted = std::clamp(v, -joint.max_speed, joint.max_speed);
-  return std::clamp((wanted - profile.velocity) / dt, -A, A);
+  const double wanted = std::clamp(v, -max_rate, max_rate);
+  return std::clamp((wanted - rate) / dt, -A, A);
+}
+
+double profileAcceleration(const PrescribedJoint& joint, const ProfileState& profile, double dt) {
+  return profileChange(profile.target - profile.position, profile.velocity, joint.max_speed, joint.max_acceleration, dt);
 }
 
 void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleState& state, bool& timed_out) {
@@ -89,17 +195,21 @@ void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleStat
 
   const DriveCommand& command = d.command;
   double speed = 0.0, yaw_rate = 0.0, curvature = actualCurvature(model, state);
+  // A command that says how fast to slow down is followed to the end; then the brakes hold.
+  const bool slowing = d.mode == DriveState::Mode::kDrive && command.kind == DriveCommand::Kind::kAckermann &&
+                       (command.acceleration > 0.0 || command.jerk > 0.0) && d.speed != 0.0;
+  if (!fresh) d.steering = std::atan(curvature * drive.wheelbase);
   d.mode = DriveState::Mode::kBrake;
   if (fresh && command.kind == DriveCommand::Kind::kCoast) {
     d.mode = DriveState::Mode::kCoast;
   } else if (fresh) {
     speed = std::clamp(command.speed, -config.max_speed, config.max_speed);
     if (drive.layout == DriveLayout::kAckermann) {
-      curvature = commandedCurvature(drive, command, curvature);
+      curvature = commandedCurvature(drive, d, curvature, config.dt);
     } else {
       yaw_rate = command.kind == DriveCommand::Kind::kTwist ? command.yaw_rate : 0.0;
     }
-    if (speed != 0.0 || yaw_rate != 0.0) d.mode = DriveState::Mode::kDrive;
+    if (speed != 0.0 || yaw_rate != 0.0 || slowing) d.mode = DriveState::Mode::kDrive;
     if (drive.layout == DriveLayout::kAckermann)
       for (const SteerUnit& steer : drive.steers) {
         const double angle = std::clamp(ackermannAngle(curvature, steer.p_RS, drive.reference_x), steer.lower, steer.upper);
@@ -108,7 +218,7 @@ void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleStat
   }
 
   if (d.mode == DriveState::Mode::kDrive) {
-    d.speed = limited(d.speed, speed, config);
+    rampSpeed(d, speed, config);
     // Yaw rates follow with the acceleration that the outermost wheel is allowed.
     double half_track = 0.05;
     for (const WheelUnit& wheel : drive.wheels) half_track = std::max(half_track, std::abs(wheel.p_RW.y()));
@@ -125,7 +235,7 @@ void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleStat
     }
     d.speed = count > 0 ? sum / count : 0.0;
     d.yaw_rate = 0.0;
-    std::fill(d.integral.begin(), d.integral.end(), 0.0);
+    d.acceleration = 0.0;
   }
 
   const double turning = drive.layout == DriveLayout::kAckermann ? d.speed * actualCurvature(model, state) : d.yaw_rate;
@@ -135,33 +245,17 @@ void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleStat
     const double ground = rollingSpeed(wheel, drive.reference_x, d.speed, turning, angle);
     d.wheel_speed[i] = wheel.forward_sign * ground / wheel.radius;
   }
-
-  // Integrals of the wheels' servos; none while a torque is at its limit.
-  if (d.mode == DriveState::Mode::kDrive && drive.integral_gain > 0.0) {
-    double mean_error = 0.0;
-    int driven = 0;
-    for (std::size_t i = 0; i < drive.wheels.size(); ++i) {
-      const WheelUnit& wheel = drive.wheels[i];
-      if (!wheel.driven || wheel.joint < 0) continue;
-      mean_error += wheel.forward_sign * (d.wheel_speed[i] - state.motion.qd[wheel.joint]);
-      ++driven;
-    }
-    const bool shared = drive.layout == DriveLayout::kAckermann && drive.differential != Differential::kPerWheel;
-    for (std::size_t i = 0; i < drive.wheels.size(); ++i) {
-      const WheelUnit& wheel = drive.wheels[i];
-      if (!wheel.driven || wheel.joint < 0) continue;
-      const double error = shared ? wheel.forward_sign * mean_error / driven : d.wheel_speed[i] - state.motion.qd[wheel.joint];
-      if (std::abs(drive.speed_gain * error + d.integral[i]) < wheel.max_torque)
-        d.integral[i] += drive.integral_gain * error * config.dt;
-    }
-  }
+  applyWheelCommands(drive, config, d, timed_out);
+  updateIntegrals(drive, config, state);
 
   for (std::size_t p = 0; p < model.prescribed_joints.size(); ++p) {
     const PrescribedJoint& joint = model.prescribed_joints[p];
     ProfileState& profile = state.profiles[p];
+    timed_out = applyProfileCommand(joint, config, d.profile_command[p], profile) || timed_out;
     profile.acceleration = effortExceeded(joint, profile)
                                ? std::clamp(-profile.velocity / config.dt, -joint.max_acceleration, joint.max_acceleration)
-                               : profileAcceleration(joint, profile, config.dt);
+                               : profileChange(profile.target - profile.position, profile.velocity,
+                                               speedLimit(joint, d.profile_command[p]), joint.max_acceleration, config.dt);
   }
 
   // Treads have no mass: a driven one runs at the speed asked for, a braked one slows down within the limit.
@@ -172,9 +266,10 @@ void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleStat
     tread.mode = TreadState::Mode::kFree;
     tread.acceleration = 0.0;
     double target = 0.0;
-    if (d.mode == DriveState::Mode::kDrive && wheel.driven) {
+    const OwnMode own = d.own(static_cast<int>(i));
+    if (own == OwnMode::kVelocity || (own == OwnMode::kNone && d.mode == DriveState::Mode::kDrive && wheel.driven)) {
       target = d.wheel_speed[i];
-    } else if (d.mode != DriveState::Mode::kBrake || !wheel.braked) {
+    } else if ((own == OwnMode::kNone && d.mode != DriveState::Mode::kBrake) || !wheel.braked) {
       continue;
     }
     tread.mode = TreadState::Mode::kTurning;
@@ -187,7 +282,13 @@ void driveTorques(const VehicleModel& model, const SimConfig& config, const Driv
                   const std::vector<double>& qd, std::vector<double>& torque) {
   const DriveModel& drive = model.drive;
   std::fill(torque.begin(), torque.end(), 0.0);
-  if (drive_state.mode != DriveState::Mode::kDrive) return;
+  const bool body = drive_state.mode == DriveState::Mode::kDrive;
+  const auto is_own = [](OwnMode mode) { return mode != OwnMode::kNone; };
+  if (!body && std::none_of(drive_state.own_mode.begin(), drive_state.own_mode.end(), is_own)) return;
+  // Whether the wheel follows what the vehicle as a whole is asked for.
+  const auto follows = [&](const WheelUnit& wheel) {
+    return body && wheel.driven && wheel.joint >= 0 && drive_state.own(wheel.unit) == OwnMode::kNone;
+  };
 
   const bool shared = drive.layout == DriveLayout::kAckermann && drive.differential != Differential::kPerWheel;
   double mean_error = 0.0, mean_speed = 0.0;
@@ -195,23 +296,32 @@ void driveTorques(const VehicleModel& model, const SimConfig& config, const Driv
   if (shared) {
     for (std::size_t i = 0; i < drive.wheels.size(); ++i) {
       const WheelUnit& wheel = drive.wheels[i];
-      if (!wheel.driven || wheel.joint < 0) continue;
+      if (!follows(wheel)) continue;
       mean_error += wheel.forward_sign * (drive_state.wheel_speed[i] - qd[wheel.joint]);
       mean_speed += wheel.forward_sign * qd[wheel.joint];
       ++driven;
     }
-    if (driven == 0) return;
-    mean_error /= driven;
-    mean_speed /= driven;
+    mean_error /= std::max(driven, 1);
+    mean_speed /= std::max(driven, 1);
   }
 
   double power = 0.0;
   for (std::size_t i = 0; i < drive.wheels.size(); ++i) {
     const WheelUnit& wheel = drive.wheels[i];
-    if (!wheel.driven || wheel.joint < 0) continue;
-    // An open differential gives every wheel the same torque, whatever its speed.
-    const double error = shared ? wheel.forward_sign * mean_error : drive_state.wheel_speed[i] - qd[wheel.joint];
-    torque[i] = std::clamp(drive.speed_gain * error + drive_state.integral[i], -wheel.max_torque, wheel.max_torque);
+    const OwnMode own = drive_state.own(wheel.unit);
+    if (follows(wheel)) {
+      // An open differential gives every wheel the same torque, whatever its speed.
+      const double error = shared ? wheel.forward_sign * mean_error : drive_state.wheel_speed[i] - qd[wheel.joint];
+      torque[i] = drive.speed_gain * error + drive_state.integral[i];
+    } else if (own == OwnMode::kVelocity && wheel.joint >= 0) {
+      torque[i] = drive.speed_gain * (drive_state.wheel_speed[i] - qd[wheel.joint]) + drive_state.integral[i] +
+                  drive_state.wheel_command[i].effort;
+    } else if (own == OwnMode::kEffort) {
+      torque[i] = drive_state.wheel_command[i].value;
+    } else {
+      continue;
+    }
+    torque[i] = std::clamp(torque[i], -wheel.max_torque, wheel.max_torque);
     power += std::abs(torque[i] * qd[wheel.joint]);
   }
   if (config.max_power && power > *config.max_power)
@@ -219,13 +329,15 @@ void driveTorques(const VehicleModel& model, const SimConfig& config, const Driv
   if (shared && drive.differential == Differential::kLocked)
     for (std::size_t i = 0; i < drive.wheels.size(); ++i) {
       const WheelUnit& wheel = drive.wheels[i];
-      if (wheel.driven && wheel.joint >= 0)
+      if (follows(wheel))
         torque[i] += drive.lock_gain * (wheel.forward_sign * mean_speed - qd[wheel.joint]);
     }
 }
 
 double brakeTorque(const WheelUnit& wheel, const DriveState& drive) {
-  return drive.mode == DriveState::Mode::kBrake && wheel.braked ? wheel.brake_torque : 0.0;
+  const OwnMode own = drive.own(wheel.unit);
+  const bool brake = own == OwnMode::kBrake || (own == OwnMode::kNone && drive.mode == DriveState::Mode::kBrake);
+  return brake && wheel.braked ? wheel.brake_torque : 0.0;
 }
 
 }  // namespace ellipsoid_vehicle_sim

@@ -94,6 +94,7 @@ DriveModel buildDriveModel(VehicleModel& model, const std::vector<int>& owner_jo
 
       WheelUnit wheel;
       wheel.name = joint.name;
+      wheel.unit = static_cast<int>(drive.wheels.size());
       wheel.ellipsoid = static_cast<int>(e);
       wheel.p_RW = X_RL[link] * description.links[link].ellipsoids.front().X_LE.p;
       for (const EllipsoidDescription& shape : description.links[link].ellipsoids)

@@ -182,9 +182,20 @@ Problems unknownParameters(const ParameterValues& values, const std::vector<std:
   return problems;
 }
 
+std::string referenceRow(const ParameterSpec& spec, const std::optional<ParameterValue>& default_value) {
+  const auto cell = [](std::string text) {
+    for (std::size_t at = text.find('|'); at != std::string::npos; at = text.find('|', at + 2)) text.insert(at, "\\");
+    return text;
+  };
+  const std::string value = default_value ? "`" + cell(valueText(*default_value)) + "`" : "*derived or none*";
+  return "| `" + spec.key + "`" + (spec.running ? " (running)" : "") + " | " + value + " | " + cell(rangeText(spec)) +
+         " | " + (spec.unit.empty() ? "" : spec.unit) + " | " + cell(spec.description) + " |\n";
+}
+
 std::string manualEntry(const ParameterSpec& spec, const std::optional<ParameterValue>& default_value) {
   const std::string unit = spec.unit.empty() ? "" : " [" + spec.unit + "]";
-  const std::string comment = commentLines(spec.description) + "# Range: " + rangeText(spec) + unit + "\n";
+  const std::string running = spec.running ? "; may change while it runs" : "";
+  const std::string comment = commentLines(spec.description) + "# Range: " + rangeText(spec) + unit + running + "\n";
   return "\n" + comment + "#" + spec.key + ":" + (default_value ? " " + valueText(*default_value) : "") + "\n";
 }
 

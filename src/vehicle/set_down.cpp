@@ -114,6 +114,9 @@ VehicleState restState(const VehicleModel& model, const VehicleDynamics& dynamic
   state.treads.assign(model.treads.size(), TreadState{});
   state.drive.wheel_speed.assign(model.drive.wheels.size(), 0.0);
   state.drive.integral.assign(model.drive.wheels.size(), 0.0);
+  state.drive.own_mode.assign(model.drive.wheels.size(), OwnMode::kNone);
+  state.drive.wheel_command.assign(model.drive.wheels.size(), JointCommand{});
+  state.drive.profile_command.assign(model.prescribed_joints.size(), JointCommand{});
   return state;
 }
 

@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "ellipsoid_vehicle_sim/dynamics/integrator.h"
 #include "ellipsoid_vehicle_sim/vehicle/drive.h"
+#include "ellipsoid_vehicle_sim/vehicle/snapshot.h"
 #include "ellipsoid_vehicle_sim/vehicle/vehicle_dynamics.h"
+#include "explain_contact.h"
+#include "fnv_hash.h"
 #include "set_down.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -47,6 +51,7 @@ struct Simulator::Impl {
   std::int64_t step_count = 0;
   StepStatus status = StepStatus::kOk;
   StepEvents events;
+  double friction_scale = 1.0;
   std::vector<std::string> joint_names;
   std::vector<EllipsoidPlacement> placements;
   std::vector<std::string> load_report;
@@ -156,7 +161,7 @@ struct Simulator::Impl {
   }
 
   void restart() {
-    state = home;
+    state = previous = home;
     status = StepStatus::kOk;
     events = StepEvents{};
     observed_fresh = false;
@@ -218,7 +223,9 @@ Problems Simulator::place(const Pose& X_WR, const Vector3d& v_WR_W, const Vector
 void Simulator::reset() { impl_->restart(); }
 
 bool Simulator::command(const DriveCommand& command) {
-  if (!std::isfinite(command.speed) || !std::isfinite(command.yaw_rate) || !std::isfinite(command.steering_angle)) {
+  const auto bound = [](double value) { return std::isfinite(value) && value >= 0.0; };
+  if (!std::isfinite(command.speed) || !std::isfinite(command.yaw_rate) || !std::isfinite(command.steering_angle) ||
+      !bound(command.steering_angle_velocity) || !bound(command.acceleration) || !bound(command.jerk)) {
     ++impl_->events.rejected_commands;
     return false;
   }
@@ -229,15 +236,54 @@ bool Simulator::command(const DriveCommand& command) {
   return true;
 }
 
+Problems Simulator::commandJoints(const std::vector<JointRequest>& requests) {
+  Problems problems = takeJointRequests(impl_->model, requests, impl_->state.drive);
+  if (!problems.empty()) ++impl_->events.rejected_commands;
+  return problems;
+}
+
+Problems Simulator::checkJoints(const std::vector<JointRequest>& requests) const {
+  DriveState drive = impl_->state.drive;
+  return takeJointRequests(impl_->model, requests, drive);
+}
+
+void Simulator::setFrictionScale(double scale) {
+  impl_->friction_scale = scale;
+  impl_->dynamics->scaleFriction(scale);
+  impl_->observer->scaleFriction(scale);
+  impl_->observed_fresh = false;
+}
+
+double Simulator::frictionScale() const { return impl_->friction_scale; }
+
+Snapshot Simulator::save() const {
+  return {impl_->state, impl_->home, impl_->events, impl_->friction_scale, {}};
+}
+
+void Simulator::restore(const Snapshot& snapshot) {
+  impl_->state = impl_->previous = snapshot.state;
+  impl_->home = snapshot.home;
+  impl_->events = snapshot.events;
+  impl_->status = StepStatus::kOk;
+  setFrictionScale(snapshot.friction_scale);
+}
+
 StepStatus Simulator::step() { return impl_->step(); }
 
 std::int64_t Simulator::stepCount() const { return impl_->step_count; }
 double Simulator::time() const { return static_cast<double>(impl_->step_count) * impl_->config.dt; }
 StepStatus Simulator::status() const { return impl_->status; }
 const StepEvents& Simulator::events() const { return impl_->events; }
-bool Simulator::commandInForce() const {
+bool Simulator::commandInForce() const { return commandAge() <= impl_->config.command_timeout; }
+double Simulator::commandAge() const {
   const DriveState& drive = impl_->state.drive;
-  return drive.has_command && static_cast<double>(drive.command_age) * impl_->config.dt <= impl_->config.command_timeout;
+  std::int64_t age = std::numeric_limits<std::int64_t>::max();
+  if (drive.has_command) age = drive.command_age;
+  for (const auto* commands : {&drive.wheel_command, &drive.profile_command})
+    for (const JointCommand& command : *commands)
+      if (command.kind != JointCommand::Kind::kNone) age = std::min(age, command.age);
+  return age == std::numeric_limits<std::int64_t>::max() ? std::numeric_limits<double>::infinity()
+                                                         : static_cast<double>(age) * impl_->config.dt;
 }
 
 Pose Simulator::rootPose() const { return impl_->state.motion.X_WB * impl_->model.X_BR; }
@@ -246,6 +292,12 @@ Vector3d Simulator::rootVelocity_W() const {
   return m.v_WB + m.w_WB.cross(m.X_WB.q * impl_->model.X_BR.p);
 }
 Vector3d Simulator::rootAngularVelocity_W() const { return impl_->state.motion.w_WB; }
+Vector3d Simulator::rootAcceleration_W() const {
+  impl_->observe();
+  const Motion& m = impl_->state.motion;
+  const Vector3d p_BR_W = m.X_WB.q * impl_->model.X_BR.p;
+  return impl_->observed.a + impl_->observed.alpha.cross(p_BR_W) + m.w_WB.cross(m.w_WB.cross(p_BR_W));
+}
 
 const std::vector<std::string>& Simulator::jointNames() const { return impl_->joint_names; }
 
@@ -288,6 +340,15 @@ void Simulator::contacts(std::vector<ContactReport>& out) const {
     report.sliding = active.force.sliding;
     out.push_back(report);
   }
+}
+
+ContactExplanation Simulator::explainContact(int ellipsoid) const {
+  std::vector<ContactReport> reports;
+  contacts(reports);
+  const ContactOptions options{impl_->config.contact_rule, impl_->config.contacts_per_ellipsoid, impl_->config.contact_memory,
+                               impl_->config.candidate_cache};
+  return explain(impl_->state.memory[static_cast<std::size_t>(ellipsoid)],
+                 impl_->previous.memory[static_cast<std::size_t>(ellipsoid)], *impl_->terrain, options, ellipsoid, reports);
 }
 
 const std::vector<EllipsoidPlacement>& Simulator::ellipsoids() const { return impl_->placements; }
@@ -354,6 +415,11 @@ const VehicleState& Simulator::state() const { return impl_->state; }
 const Terrain& Simulator::terrain() const { return *impl_->terrain; }
 const StabilityCertificate& Simulator::certificate() const { return impl_->certificate; }
 const std::vector<std::string>& Simulator::loadReport() const { return impl_->load_report; }
-std::uint64_t Simulator::stateHash() const { return hashOf(impl_->state); }
+std::uint64_t Simulator::stateHash() const {
+  FnvHash hash;
+  hash.add(hashOf(impl_->state));
+  hash.add(impl_->friction_scale);
+  return hash.value();
+}
 
 }  // namespace ellipsoid_vehicle_sim

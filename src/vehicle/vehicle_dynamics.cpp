@@ -34,11 +34,16 @@ VehicleDynamics::VehicleDynamics(const VehicleModel& model, const SimConfig& con
   }
   posed_at_.assign(7 + model.dynamic_joints.size() + model.prescribed_joints.size(), std::nan(""));
   moving_at_.assign(3 + model.dynamic_joints.size() + model.prescribed_joints.size(), std::nan(""));
-  for (const Surface& surface : terrain.surfaces()) {
+  scaleFriction(1.0);
+}
+
+void VehicleDynamics::scaleFriction(double scale) {
+  friction_.clear();
+  for (const Surface& surface : terrain_.surfaces()) {
     FrictionCoefficients mu;
-    mu.mu_static = surface.mu_static.value_or(surface.mu_kinetic.value_or(config.mu_static));
-    mu.mu_kinetic = surface.mu_kinetic.value_or(surface.mu_static.value_or(config.mu_kinetic));
-    mu.stribeck_speed = config.stribeck_speed;
+    mu.mu_static = scale * surface.mu_static.value_or(surface.mu_kinetic.value_or(config_.mu_static));
+    mu.mu_kinetic = scale * surface.mu_kinetic.value_or(surface.mu_static.value_or(config_.mu_kinetic));
+    mu.stribeck_speed = config_.stribeck_speed;
     friction_.push_back(mu);
   }
 }

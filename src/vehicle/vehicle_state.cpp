@@ -1,7 +1,9 @@
 #include "ellipsoid_vehicle_sim/vehicle/vehicle_state.h"
 
 #include <cmath>
-#include <cstring>
+
+#include "fnv_hash.h"
+#include "state_fields.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {
@@ -12,34 +14,19 @@ bool finite(const std::vector<double>& values) {
   return true;
 }
 
-// FNV-1a, 64 bit [FowlerNollVo]. Values are added one by one: padding bytes never count.
-class Hash {
+/// Hashes the values that visitFields hands out.
+class HashOfFields {
  public:
-  void add(double value) {
-    std::uint64_t bits;
-    std::memcpy(&bits, &value, sizeof bits);
-    add(bits);
+  void size(std::size_t n) { hash_.add(static_cast<std::uint64_t>(n)); }
+  void operator()(double value) { hash_.add(value); }
+  template <typename Whole>
+  void operator()(const Whole& value) {
+    hash_.add(static_cast<std::uint64_t>(value));
   }
-  void add(std::uint64_t bits) {
-    for (int i = 0; i < 8; ++i) {
-      hash_ ^= (bits >> (8 * i)) & 0xffu;
-      hash_ *= 1099511628211ull;
-    }
-  }
-  void add(const Eigen::Vector3d& v) {
-    for (int i = 0; i < 3; ++i) add(v[i]);
-  }
-  void add(const Pose& X) {
-    add(X.p);
-    for (int i = 0; i < 4; ++i) add(X.q.coeffs()[i]);
-  }
-  void add(const std::vector<double>& values) {
-    for (const double value : values) add(value);
-  }
-  std::uint64_t value() const { return hash_; }
+  std::uint64_t value() const { return hash_.value(); }
 
  private:
-  std::uint64_t hash_ = 14695981039346656037ull;
+  FnvHash hash_;
 };
 
 }  // namespace
@@ -68,50 +55,8 @@ void retract(const Motion& x, double h, const MotionRate& rate, Motion& result) 
 }
 
 std::uint64_t hashOf(const VehicleState& state) {
-  Hash hash;
-  const Motion& m = state.motion;
-  hash.add(m.X_WB);
-  hash.add(m.v_WB);
-  hash.add(m.w_WB);
-  hash.add(m.q);
-  hash.add(m.qd);
-  hash.add(m.stretch);
-  for (const Anchors& anchors : m.anchor)
-    for (const Eigen::Vector3d& z : anchors) hash.add(z);
-  for (const ContactMemory& memory : state.memory) {
-    hash.add(static_cast<std::uint64_t>(memory.fresh));
-    hash.add(static_cast<std::uint64_t>(memory.count));
-    for (int i = 0; i < memory.count; ++i) {
-      hash.add(static_cast<std::uint64_t>(memory.carried[i].triangle));
-      hash.add(memory.carried[i].nhat_W);
-      hash.add(memory.carried[i].depth);
-    }
-    hash.add(memory.push);
-    hash.add(memory.slack);
-  }
-  for (const ProfileState& profile : state.profiles) {
-    hash.add(profile.position);
-    hash.add(profile.velocity);
-    hash.add(profile.target);
-    hash.add(profile.effort);
-  }
-  for (const TreadState& tread : state.treads) {
-    hash.add(static_cast<std::uint64_t>(tread.mode));
-    hash.add(tread.angle);
-    hash.add(tread.speed);
-  }
-  const DriveState& drive = state.drive;
-  hash.add(static_cast<std::uint64_t>(drive.mode));
-  hash.add(static_cast<std::uint64_t>(drive.has_command));
-  hash.add(static_cast<std::uint64_t>(drive.command_age));
-  hash.add(static_cast<std::uint64_t>(drive.command.kind));
-  hash.add(drive.command.speed);
-  hash.add(drive.command.yaw_rate);
-  hash.add(drive.command.steering_angle);
-  hash.add(drive.speed);
-  hash.add(drive.yaw_rate);
-  hash.add(drive.wheel_speed);
-  hash.add(drive.integral);
+  HashOfFields hash;
+  visitFields(state, hash);
   return hash.value();
 }
 

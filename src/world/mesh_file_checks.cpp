@@ -79,13 +79,13 @@ Problems checkDae(const std::string& text, const std::string& path) {
       const std::optional<double> value = meter ? numbers.number(*meter) : 1.0;
       if (!value || !std::isfinite(*value) || *value <= 0.0) {
         problems.push_back(
-            {atLine(path, line), "unit meter=" + quoted(*meter) + "; allowed is a length > 0 in metres"});
+            {atLine(path, line), "unit meter=" + inQuotes(*meter) + "; allowed is a length > 0 in metres"});
       }
     } else if (name == "p" || name == "h" || name == "vcount") {
       const std::size_t odd = text.find_first_not_of("0123456789 \t\r\n", end + 1);
       if (odd != std::string::npos && text[odd] != '<') {
         const std::size_t past = text.find_first_of(" \t\r\n<", odd);
-        problems.push_back({atLine(path, line), quoted(std::string_view(text).substr(odd, past - odd)) + " in <" +
+        problems.push_back({atLine(path, line), inQuotes(std::string_view(text).substr(odd, past - odd)) + " in <" +
                                                     std::string(name) + "> is not a vertex number"});
       }
     } else if (name == "float_array") {
@@ -93,7 +93,7 @@ Problems checkDae(const std::string& text, const std::string& path) {
       // Two bytes to a number, the last one without a blank.
       if (!count || *count < 0.0 || *count > 0.5 * static_cast<double>(text.size())) {
         problems.push_back(
-            {atLine(path, line), "float_array with count=" + quoted(attribute(tag, "count").value_or("")) +
+            {atLine(path, line), "float_array with count=" + inQuotes(attribute(tag, "count").value_or("")) +
                                      " in a file of " + std::to_string(text.size()) + " bytes"});
       }
     } else if (name == "geometry") {
@@ -120,14 +120,14 @@ Problems checkDae(const std::string& text, const std::string& path) {
   for (const auto& [instance_line, id] : instances) {
     if (geometries.count(id) == 0) {
       problems.push_back(
-          {atLine(path, instance_line), "<instance_geometry> of " + quoted(id) + ", which is not in the file"});
+          {atLine(path, instance_line), "<instance_geometry> of " + inQuotes(id) + ", which is not in the file"});
     }
   }
   const std::map<std::string, std::vector<std::string>> nodes = graph.children;
   for (const auto& node : nodes) {
     const double size = graph.walk(node.first);
     if (size <= kMostNodes) continue;
-    problems.push_back({path, "node " + quoted(node.first) +
+    problems.push_back({path, "node " + inQuotes(node.first) +
                                   (std::isnan(size) ? " contains itself through <instance_node>"
                                                     : " unfolds into more than a million nodes")});
     break;

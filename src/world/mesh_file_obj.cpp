@@ -30,7 +30,7 @@ class ObjReader {
       } else if (keyword == "mtllib") {
         checkMaterials();
       } else if (!isKnown(keyword)) {
-        if (unknown_++ == 0) first_unknown_ = atLine(path_, line_) + ": " + quoted(keyword);
+        if (unknown_++ == 0) first_unknown_ = atLine(path_, line_) + ": " + inQuotes(keyword);
       }
       if (result_.problems.size() >= kMostProblems) break;
     } while (words_.nextLine());
@@ -74,7 +74,7 @@ class ObjReader {
       const std::optional<double> value = numbers_.number(word);
       if (!value || !std::isfinite(*value)) {
         problem(word.empty() ? "vertex with " + std::to_string(k) + " coordinates; it needs 3"
-                             : "vertex coordinate " + quoted(word) + " is not a finite number");
+                             : "vertex coordinate " + inQuotes(word) + " is not a finite number");
         break;
       }
       v[k] = *value;
@@ -88,7 +88,7 @@ class ObjReader {
       const std::string_view first = word.substr(0, word.find('/'));  // vertex/texture/normal
       const std::optional<double> number = numbers_.number(first);
       if (!number || *number != std::trunc(*number) || std::abs(*number) > 4e9) {
-        return problem("face corner " + quoted(word) + " is not a vertex number");
+        return problem("face corner " + inQuotes(word) + " is not a vertex number");
       }
       long index = static_cast<long>(*number);
       if (index < 0) index += static_cast<long>(mesh_.vertices.size()) + 1;
@@ -105,7 +105,7 @@ class ObjReader {
     const std::string_view name = words_.wordOfLine();
     std::error_code error;
     if (std::filesystem::exists(std::filesystem::path(path_).parent_path() / name, error)) return;
-    note(atLine(path_, line_) + ": material file " + quoted(name) + " is missing; only colours are lost");
+    note(atLine(path_, line_) + ": material file " + inQuotes(name) + " is missing; only colours are lost");
   }
 
   const std::string& path_;

@@ -98,7 +98,7 @@ Loaded<MeshData> readText(const std::string& text, const std::string& path) {
         const std::string_view coordinate = words.word();
         const std::optional<double> value = numbers.number(coordinate);
         if (coordinate.empty()) return refuse("the file ends inside a facet: cut off");
-        if (!value) return refuse("vertex coordinate " + quoted(coordinate) + " is not a number");
+        if (!value) return refuse("vertex coordinate " + inQuotes(coordinate) + " is not a number");
         v[k] = *value;
       }
       if (!in_loop) return refuse("vertex outside of a facet's loop");
@@ -116,7 +116,7 @@ Loaded<MeshData> readText(const std::string& text, const std::string& path) {
       words.word();  // "normal"; it follows from the corners
       for (int k = 0; k < 3; ++k) words.word();
     } else if (!isWord(word, "loop") && !isWord(word, "endfacet")) {
-      return refuse(quoted(word) + " is not a word of a text STL");
+      return refuse(inQuotes(word) + " is not a word of a text STL");
     }
   }
   if (in_loop) return refuse("the file ends inside a facet: cut off");

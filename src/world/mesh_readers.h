@@ -103,7 +103,7 @@ class WordReader {
 };
 
 /// A word from a file, cut to a length fit for a message.
-inline std::string quoted(std::string_view word) {
+inline std::string inQuotes(std::string_view word) {
   std::string clean;
   for (const char c : word.substr(0, 40)) clean += static_cast<unsigned char>(c) < 32 ? '?' : c;
   return "'" + clean + (word.size() > 40 ? "..." : "") + "'";

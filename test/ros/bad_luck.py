@@ -3,16 +3,21 @@ import math
 import os
 import sys
 import tempfile
+import threading
+import time
 import unittest
 
 import rospy
 import rostest
+from ellipsoid_vehicle_sim.srv import Step
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
+from std_srvs.srv import Empty, Trigger
 
-from sim_test_tools import Commander, NodeProcess, twist, wait_until
+from sim_test_tools import (Collector, Commander, NodeProcess, Stepper, ackermann_class, publisher_of, twist, wait_until)
 
 NEEDED = {"vehicle_file": "skid_steer", "world": "flat"}
 
@@ -57,7 +62,117 @@ class BadLuck(unittest.TestCase):
     def test_lockstep_without_commander_names_the_topic(self):
         node, namespace = self.start(lockstep=True, lockstep_timeout=0.5)
         self.assertEqual(node.exit_code(), 3, node.output)
-        self.assertIn("no command on '%scmd_vel'" % namespace, node.output)
+        self.assertIn("no command on '%scmd_vel' (0 publishers)" % namespace, node.output)
+
+    def test_lockstep_on_two_topics_waits_for_both_and_names_the_one_that_is_missing(self):
+        node, namespace = self.start(vehicle_file="car", lockstep=True, real_time_factor=0.0, lockstep_timeout=5.0,
+                                     lockstep_topics=["ackermann_cmd", "joint_commands"])
+        ackermann = ackermann_class()
+        steer = publisher_of(namespace + "ackermann_cmd", ackermann)
+        turn = publisher_of(namespace + "joint_commands", JointState)
+        odom = Collector(namespace + "odom", Odometry)
+        command = ackermann()
+        command.drive.speed, command.drive.steering_angle = 1.0, 0.2
+        for i in range(1, 6):  # each pair of commands is worth one period, in whatever order they come
+            self.assertEqual(odom.until(rospy.Time(0, 20000000 * i))[-1].header.stamp, rospy.Time(0, 20000000 * i))
+            for publisher, message in ((steer, command), (turn, JointState(name=["rear_left_axle"], velocity=[2.0]))):
+                publisher.publish(message)
+        odom.until(rospy.Time(0, 120000000))
+        steer.publish(command)
+        self.assertEqual(node.exit_code(), 3, node.output)
+        self.assertIn("no command on '%sjoint_commands' (1 publishers)" % namespace, node.output)
+        self.assertEqual(odom.messages[-1].header.stamp, rospy.Time(0, 120000000))
+
+    def test_unknown_lockstep_topic_is_refused(self):
+        node, _ = self.start(lockstep=True, lockstep_topics=["cmd_vel", "cmd_val"])
+        self.assertEqual(node.exit_code(), 1, node.output)
+        self.assertIn("~lockstep_topics: 'cmd_val' is no topic of commands", node.output)
+
+    def test_interrupt_while_paused_or_stepping_ends_within_a_second(self):
+        for busy in (False, True):
+            node, namespace = self.start()
+            self.ready(node, namespace)
+            sim = Stepper(namespace + "simulator")
+            if busy:
+                # A step of hours: its reply never comes.
+                threading.Thread(target=self.step_for_hours, args=(sim,), daemon=True).start()
+                odom = Collector(namespace + "odom", Odometry)
+                wait_until(lambda: len(odom.messages) > 10, "the steps")
+            code, seconds = node.interrupt()
+            self.assertEqual(code, 0, node.output)
+            self.assertLess(seconds, 1.0)
+
+    @staticmethod
+    def step_for_hours(sim):
+        try:
+            sim.step(10000000)
+        except (rospy.ServiceException, AssertionError, OSError):
+            pass
+
+    def test_a_followed_clock_sets_the_pace_also_when_it_stands_and_jumps(self):
+        clock = rospy.Publisher("/clock", Clock, queue_size=100)
+        self.addCleanup(clock.unregister)
+        node, namespace = self.start(clock="follow")
+
+        def tick_until(time, condition, what):
+            def tick():
+                clock.publish(Clock(rospy.Time(time)))
+                return condition()
+            wait_until(tick, what)
+        # rospy's own time is this clock's too: nothing here waits by it.
+        tick_until(100.0, lambda: rospy.resolve_name(namespace + "odom") in dict(rospy.get_published_topics()), "odom")
+        odom = Collector(namespace + "odom", Odometry)
+
+        def run(start, end):
+            for i in range(1, round((end - start) * 100) + 1):
+                clock.publish(Clock(rospy.Time.from_sec(start + i / 100.0)))
+                time.sleep(0.001)
+            wanted = rospy.Time.from_sec(end - 0.021)
+            tick_until(end, lambda: odom.messages and odom.messages[-1].header.stamp > wanted, "odom at %g" % end)
+            return odom.messages[-1].header.stamp.to_sec()
+        self.assertAlmostEqual(run(100.0, 101.0), 101.0, delta=0.021)
+        stamps = [m.header.stamp for m in odom.messages]
+        self.assertEqual(stamps, sorted(stamps))
+        # It stands: so does the simulation.
+        count = len(odom.messages)
+        for _ in range(50):
+            clock.publish(Clock(rospy.Time(101.0)))
+            time.sleep(0.002)
+        self.assertLessEqual(len(odom.messages), count + 1)
+        # Back, and far ahead: told, and nothing is simulated for it.
+        for there, word in ((50.0, "jumped back"), (5000.0, "jumped ahead")):
+            odom.clear()
+            tick_until(there, lambda: word in node.output, word)
+            self.assertAlmostEqual(run(there, there + 0.5), there + 0.5, delta=0.021)
+            self.assertLess(len(odom.messages), 30)
+        self.assertAlmostEqual(odom.messages[-1].twist.twist.linear.x, 0.0, delta=1e-6)
+
+    def test_stamps_are_the_walls_where_the_clock_is(self):
+        rospy.set_param("/use_sim_time", False)
+        try:
+            node, namespace = self.start(clock="wall")
+            odom = Collector(namespace + "odom", Odometry)
+            message = wait_until(lambda: odom.messages and odom.messages[-1], "odom")
+            # Late by the way here on a busy machine; early never.
+            self.assertLess(abs(time.time() - message.header.stamp.to_sec()), 5.0)
+            sim = Stepper(namespace + "simulator")
+            stood = sim.step(1).to_sec()
+            time.sleep(0.3)  # what is tested is that this time passes for the stamps
+            self.assertTrue(sim.call("resume", Trigger).success)
+            after = wait_until(lambda: odom.messages[-1].header.stamp.to_sec() > stood + 0.1 and odom.messages[-1], "odom")
+            self.assertGreater(after.header.stamp.to_sec(), stood + 0.29)
+        finally:
+            rospy.set_param("/use_sim_time", True)
+
+    def test_gazebo_names_are_offered_on_request(self):
+        node, namespace = self.start(gazebo_services=True)
+        self.ready(node, namespace)
+        for name in ("reset_simulation", "reset_world", "pause_physics", "unpause_physics"):
+            rospy.wait_for_service("/gazebo/" + name, 30.0)
+            rospy.ServiceProxy("/gazebo/" + name, Empty)()
+        rospy.ServiceProxy("/gazebo/pause_physics", Empty)()
+        stepped = rospy.ServiceProxy(namespace + "simulator/step", Step)(1)
+        self.assertTrue(stepped.success, stepped.message)
 
     def test_second_source_of_time_is_refused(self):
         clock = rospy.Publisher("/clock", Clock, queue_size=1)
@@ -89,7 +204,7 @@ class BadLuck(unittest.TestCase):
             self.assertTrue(math.isfinite(message.pose.pose.position.x))
             self.assertTrue(math.isfinite(message.twist.twist.linear.x))
         self.assertGreater(odom[-1].twist.twist.linear.x, 0.3)
-        wait_until(lambda: "not finite was dropped" in node.output, "the warning")
+        wait_until(lambda: "a command was dropped" in node.output and "not finite" in node.output, "the warning")
 
     def test_duration_ends_the_run_and_leaves_a_report(self):
         with tempfile.TemporaryDirectory() as folder:

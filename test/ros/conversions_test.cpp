@@ -2,6 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "ellipsoid_vehicle_sim/ros/command_input.h"
+
 #include <cmath>
 #include <limits>
 
@@ -56,6 +62,101 @@ TEST(Conversions, NotFiniteIsSeenWhereverItStands) {
   sensor_msgs::JointState joints;
   toJointState({"a", "b"}, {{1.0, 2.0, 3.0}, {4.0, std::nan(""), 6.0}}, ros::Time(1), joints);
   EXPECT_FALSE(allFinite(joints));
+}
+
+TEST(AckermannMessage, HasTheBytesOfTheOriginal) {
+  // Header (seq 1, stamp 2.000000003 s, frame "ab"), then five little-endian float32.
+  const std::vector<std::uint8_t> bytes = {1, 0, 0,    0,    2,   0, 0, 0,    3,    0, 0,    0,    2,
+                                           0, 0, 0,    'a',  'b', 0, 0, 0,    0x3f, 0, 0,    0x80, 0x3e,
+                                           0, 0, 0x40, 0xc0, 0,   0, 0, 0x40, 0,    0, 0x80, 0x40};
+  ros::SerializedMessage wire;
+  wire.num_bytes = bytes.size();
+  wire.buf.reset(new std::uint8_t[bytes.size()]);
+  std::copy(bytes.begin(), bytes.end(), wire.buf.get());
+  AckermannDriveStamped message;
+  ros::serialization::IStream in(wire.buf.get(), static_cast<std::uint32_t>(wire.num_bytes));
+  ros::serialization::deserialize(in, message);
+  EXPECT_EQ(message.header.seq, 1U);
+  EXPECT_EQ(message.header.stamp, ros::Time(2, 3));
+  EXPECT_EQ(message.header.frame_id, "ab");
+  EXPECT_EQ(message.steering_angle, 0.5F);
+  EXPECT_EQ(message.steering_angle_velocity, 0.25F);
+  EXPECT_EQ(message.speed, -3.0F);
+  EXPECT_EQ(message.acceleration, 2.0F);
+  EXPECT_EQ(message.jerk, 4.0F);
+
+  const ros::SerializedMessage again = ros::serialization::serializeMessage(message);
+  const std::uint8_t* begin = again.message_start;
+  const std::uint8_t* end = again.buf.get() + again.num_bytes;
+  EXPECT_EQ(std::vector<std::uint8_t>(begin, end), bytes);
+}
+
+TEST(AckermannMessage, IsKnownByTheNameAndSumOfTheOriginal) {
+  namespace traits = ros::message_traits;
+  EXPECT_STREQ(traits::datatype<AckermannDriveStamped>(), "ackermann_msgs/AckermannDriveStamped");
+  EXPECT_STREQ(traits::md5sum<AckermannDriveStamped>(), "1fd5d7f58889cefd44d29f6653240d0c");
+  // interface.py gives this text to rospy, which works the sum out from it.
+  std::ifstream in(std::string(PACKAGE_DIR) + "/test/ros/sim_test_tools.py");
+  std::ostringstream text;
+  text << in.rdbuf();
+  EXPECT_NE(text.str().find(std::string("ACKERMANN = \"\"\"") + traits::definition<AckermannDriveStamped>() + "\"\"\""),
+            std::string::npos);
+}
+
+TEST(Conversions, AnAckermannMessageBecomesACommandWithItsBounds) {
+  AckermannDriveStamped message;
+  message.steering_angle = 0.25F;
+  message.steering_angle_velocity = 0.5F;
+  message.speed = -1.0F;
+  message.acceleration = 2.0F;
+  message.jerk = 4.0F;
+  const DriveCommand command = toDriveCommand(message);
+  EXPECT_EQ(command.kind, DriveCommand::Kind::kAckermann);
+  EXPECT_EQ(command.steering_angle, 0.25);
+  EXPECT_EQ(command.steering_angle_velocity, 0.5);
+  EXPECT_EQ(command.speed, -1.0);
+  EXPECT_EQ(command.acceleration, 2.0);
+  EXPECT_EQ(command.jerk, 4.0);
+}
+
+TEST(Conversions, JointCommandsMustHaveOneValueForEachNameOrNone) {
+  sensor_msgs::JointState message;
+  message.name = {"a", "b"};
+  message.velocity = {1.0, 2.0};
+  EXPECT_EQ(refusalOf(message), "");
+  const std::vector<JointRequest> requests = toJointRequests(message);
+  ASSERT_EQ(requests.size(), 2U);
+  EXPECT_EQ(requests[1].joint, "b");
+  EXPECT_EQ(requests[1].velocity, 2.0);
+  EXPECT_FALSE(requests[1].position || requests[1].effort);
+  message.effort = {1.0};
+  EXPECT_EQ(refusalOf(message), "effort has 1 values for 2 names; allowed are none or one for each");
+}
+
+TEST(Conversions, PlanarOdometryLeavesWhatItCannotKnowUnknown) {
+  WheelOdometry odometry(-1.0, OdometryNoise{});
+  for (int i = 0; i < 1000; ++i) odometry.advance(2.0, 0.5, 1e-3);
+  const nav_msgs::Odometry message = toOdometry(odometry, 2.0, 0.5, -1.0, "odom", "base_link", ros::Time(3, 0));
+  EXPECT_EQ(message.child_frame_id, "base_link");
+  EXPECT_EQ(message.twist.twist.linear.x, 2.0);
+  EXPECT_EQ(message.twist.twist.linear.y, 0.5);  // the root link is a metre ahead of the point that does not slip
+  const Eigen::Matrix3d P = odometry.covariance();
+  EXPECT_NEAR(message.pose.covariance[0], P(0, 0), 2e-6);
+  EXPECT_EQ(message.pose.covariance[5], P(0, 2));
+  EXPECT_EQ(message.pose.covariance[31], P(2, 1));
+  for (const std::size_t i : {14U, 21U, 28U}) EXPECT_GE(message.pose.covariance[i], 1e3);
+}
+
+TEST(Conversions, ImuCovarianceIsTheNoises) {
+  ImuReading reading{Eigen::Quaterniond::Identity(), {1, 2, 3}, {4, 5, 6}};
+  ImuNoise noise;
+  noise.acceleration = 0.5;
+  const sensor_msgs::Imu message = toImu(reading, noise, "base_link", ros::Time(1, 0));
+  EXPECT_EQ(message.linear_acceleration.y, 5.0);
+  EXPECT_EQ(message.angular_velocity.z, 3.0);
+  EXPECT_EQ(message.linear_acceleration_covariance[4], 0.25);
+  EXPECT_GT(message.orientation_covariance[0], 0.0) << "0 would mean unknown to some filters";
+  EXPECT_EQ(message.linear_acceleration_covariance[1], 0.0);
 }
 
 }  // namespace

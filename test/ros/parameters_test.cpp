@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
+
+#include "ellipsoid_vehicle_sim/ros/running_parameters.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {
@@ -117,13 +120,62 @@ TEST(Parameters, LockstepNeedsOurClock) {
             std::string::npos);
 }
 
-TEST(Parameters, ManualIsTheShippedFile) {
-  const std::string path = std::string(PACKAGE_DIR) + "/launch/simulator.yaml";
-  if (std::getenv("ELLIPSOID_VEHICLE_SIM_UPDATE") != nullptr) std::ofstream(path) << parameterManual();
+TEST(Parameters, LockstepTopicsAreTopicsOfCommands) {
+  const std::vector<std::string> misspelt = {"cmd_val"}, twice = {"cmd_vel", "cmd_vel"};
+  EXPECT_NE(problemsOf({{"lockstep_topics", misspelt}}).find("allowed are cmd_vel, ackermann_cmd, joint_commands"),
+            std::string::npos);
+  EXPECT_NE(problemsOf({{"lockstep_topics", twice}}).find("stands there twice"), std::string::npos);
+}
+
+TEST(Parameters, OdometryDecidesWhetherWorldAndOdomAreOneFrame) {
+  EXPECT_EQ(worldFrameOf(NodeOptions{}), "odom");
+  const auto encoders = parametersFrom({{"~", {{"odometry", std::string("encoders")}}}});
+  ASSERT_TRUE(encoders) << problemText(encoders.problems);
+  EXPECT_EQ(worldFrameOf(encoders.value->options), "map");
+  EXPECT_NE(problemsOf({{"world_frame", std::string("map")}}).find("they are one frame"), std::string::npos);
+  EXPECT_NE(
+      problemsOf({{"odometry", std::string("encoders")}, {"world_frame", std::string("odom")}}).find("they are two"),
+      std::string::npos);
+}
+
+TEST(Parameters, WhatMayChangeWhileRunningHasOneRangeAndDefaultInTableAndCfg) {
+  std::vector<std::string> keys;
+  for (const auto& row : nodeParameters()) {
+    if (!row.spec.running) continue;
+    keys.push_back(row.spec.key);
+    for (const auto& [key, member] : runningParameterKeys()) {
+      if (key != row.spec.key) continue;
+      EXPECT_EQ(RunningConfig::__getMin__().*member, row.spec.minimum) << key;
+      EXPECT_EQ(RunningConfig::__getMax__().*member, row.spec.maximum) << key;
+      EXPECT_EQ(RunningConfig::__getDefault__().*member, numberOf(*row.get(NodeOptions{}))) << key;
+    }
+  }
+  std::vector<std::string> known;
+  for (const auto& entry : runningParameterKeys()) known.push_back(entry.first);
+  std::sort(keys.begin(), keys.end());
+  std::sort(known.begin(), known.end());
+  EXPECT_EQ(keys, known);
+  for (const auto& row : simConfigParameters()) EXPECT_FALSE(row.spec.running) << row.spec.key;
+}
+
+/// The file of the package, written anew first where that is asked for.
+std::string shipped(const std::string& file, const std::string& text) {
+  const std::string path = std::string(PACKAGE_DIR) + file;
+  if (std::getenv("ELLIPSOID_VEHICLE_SIM_UPDATE") != nullptr) std::ofstream(path) << text;
   std::ifstream in(path);
-  std::ostringstream text;
-  text << in.rdbuf();
-  EXPECT_EQ(text.str(), parameterManual()) << "run this test with ELLIPSOID_VEHICLE_SIM_UPDATE=1 to write " << path;
+  std::ostringstream read;
+  read << in.rdbuf();
+  return read.str();
+}
+
+TEST(Parameters, ManualIsTheShippedFile) {
+  EXPECT_EQ(shipped("/launch/simulator.yaml", parameterManual()), parameterManual())
+      << "run this test with ELLIPSOID_VEHICLE_SIM_UPDATE=1 to write it";
+}
+
+TEST(Parameters, ReferenceIsTheShippedFile) {
+  EXPECT_EQ(shipped("/docs/parameters.md", parameterReference()), parameterReference())
+      << "run this test with ELLIPSOID_VEHICLE_SIM_UPDATE=1 to write it";
 }
 
 }  // namespace

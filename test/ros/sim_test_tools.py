@@ -1,14 +1,18 @@
 """What the rostests share: waiting for events with a deadline, playing the commander in lockstep, starting the node."""
+import math
 import os
 import signal
 import subprocess
 import threading
 import time
 
+import genpy.dynamic
 import roslib.packages
 import rospy
+from ellipsoid_vehicle_sim.srv import SetPose, SetPoseRequest, Step
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from std_srvs.srv import Trigger
 
 DEADLINE = 60.0  # [s] of wall time: far above what anything here takes, also on a loaded machine
 NODE = "ellipsoid_vehicle_sim_node"
@@ -111,3 +115,93 @@ class NodeProcess:
         if self.process.poll() is None:
             self.process.kill()
             self.process.wait()
+
+
+class Stepper:
+    """A simulator that stands still but when told: services by name, commands that have arrived, ticks counted."""
+
+    def __init__(self, node="simulator"):
+        self.node = node
+        self._proxies = {}
+        rospy.wait_for_service(node + "/pause", DEADLINE)
+        assert self.call("pause", Trigger).success
+
+    def call(self, service, kind, *arguments, **fields):
+        if service not in self._proxies:
+            rospy.wait_for_service("%s/%s" % (self.node, service), DEADLINE)
+            self._proxies[service] = rospy.ServiceProxy("%s/%s" % (self.node, service), kind)
+        return self._proxies[service](*arguments, **fields)
+
+    def step(self, ticks=1):
+        """Simulated time afterwards."""
+        response = self.call("step", Step, ticks)
+        assert response.success, response.message
+        return response.stamp
+
+    def hash(self):
+        return self.call("state_hash", Trigger).message
+
+    def send(self, publisher, message):
+        """Publishes until the simulator has it: a command in force is part of the state."""
+        before = self.hash()
+        publisher.publish(message)
+        wait_until(lambda: self.hash() != before, "the command on " + publisher.name)
+
+    def set_pose(self, x, y, yaw=0.0, frame="", settle=True, z=0.0):
+        request = SetPoseRequest(settle=settle)
+        request.pose.header.frame_id = frame
+        request.pose.pose.position.x, request.pose.pose.position.y, request.pose.pose.position.z = x, y, z
+        request.pose.pose.orientation.z, request.pose.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+        return self.call("set_pose", SetPose, request)
+
+
+class Collector:
+    """Every message of a topic, in order."""
+
+    def __init__(self, topic, kind):
+        self.messages = []
+        self._subscriber = rospy.Subscriber(topic, kind, self.messages.append, queue_size=10000)
+        self.topic = topic
+        wait_until(lambda: self._subscriber.get_num_connections() > 0, "a publisher of " + topic)
+
+    @staticmethod
+    def stamp(message):
+        return message.clock if hasattr(message, "clock") else message.header.stamp
+
+    def until(self, stamp):
+        """The messages so far, once one of that time or later is there."""
+        wait_until(lambda: self.messages and self.stamp(self.messages[-1]) >= stamp, "%s at %s" % (self.topic, stamp))
+        return list(self.messages)
+
+    def clear(self):
+        del self.messages[:]
+
+
+def publisher_of(topic, kind):
+    """A publisher that somebody listens to."""
+    publisher = rospy.Publisher(topic, kind, queue_size=5000, tcp_nodelay=True)
+    wait_until(lambda: publisher.get_num_connections() > 0, "a subscriber of " + topic)
+    return publisher
+
+
+ACKERMANN = """Header header
+AckermannDrive drive
+================================================================================
+MSG: std_msgs/Header
+uint32 seq
+time stamp
+string frame_id
+================================================================================
+MSG: ackermann_msgs/AckermannDrive
+float32 steering_angle
+float32 steering_angle_velocity
+float32 speed
+float32 acceleration
+float32 jerk
+"""
+
+
+def ackermann_class():
+    """ackermann_msgs/AckermannDriveStamped as rospy makes it from the definition, without the package."""
+    return genpy.dynamic.generate_dynamic("ackermann_msgs/AckermannDriveStamped",
+                                          ACKERMANN)["ackermann_msgs/AckermannDriveStamped"]

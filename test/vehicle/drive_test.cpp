@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <random>
 
 #include "support/motions.h"
@@ -299,6 +300,192 @@ TEST(Drive, ZeroSpeedAndYawRateMeanBrakeAndCoastMeansNeither) {
   EXPECT_EQ(modeOf(twist(0.0)), DriveState::Mode::kBrake);
   EXPECT_EQ(modeOf(twist(1.0)), DriveState::Mode::kDrive);
   EXPECT_EQ(modeOf(coast()), DriveState::Mode::kCoast);
+}
+
+TEST_F(DriveOfACar, AnAckermannCommandBoundsSteeringRateAccelerationAndJerk) {
+  SimConfig config;
+  config.max_acceleration = 4.0;
+  config.max_deceleration = 8.0;
+  const Simulator simulator = carWith(config);
+  DriveCommand command = ackermann(3.0, 0.3);
+  command.steering_angle_velocity = 0.5;
+  command.acceleration = 1.5;
+  command.jerk = 3.0;
+  VehicleState state = commanded(simulator, command);
+  bool timed_out = false;
+  double speed = state.drive.speed, acceleration = state.drive.acceleration, steering = state.drive.steering;
+  double time_to_speed = 0.0, time_to_angle = 0.0;
+  const auto follow_for = [&](double seconds) {
+    for (int i = 0; i < static_cast<int>(seconds / config.dt); ++i) {
+      state.drive.command = command;
+      state.drive.command_age = 0;
+      updateDrive(simulator.model(), config, state, timed_out);
+      ASSERT_LE(std::abs(state.drive.speed - speed), 1.5 * config.dt * (1.0 + 1e-9));
+      ASSERT_LE(std::abs(state.drive.acceleration - acceleration), 3.0 * config.dt * (1.0 + 1e-9));
+      ASSERT_LE(std::abs(state.drive.steering - steering), 0.5 * config.dt * (1.0 + 1e-9));
+      speed = state.drive.speed;
+      acceleration = state.drive.acceleration;
+      steering = state.drive.steering;
+      if (std::abs(speed - command.speed) > 1e-6) time_to_speed += config.dt;
+      if (std::abs(steering - 0.3) > 1e-9) time_to_angle += config.dt;
+    }
+  };
+  follow_for(5.0);
+  EXPECT_NEAR(speed, 3.0, 1e-9);
+  EXPECT_NEAR(steering, 0.3, 1e-12);
+  // Trapezium of the acceleration: v / a + a / j, the last tenth of it being the dead-beat end of the profile.
+  EXPECT_NEAR(time_to_speed, 3.0 / 1.5 + 1.5 / 3.0, 0.25);
+  EXPECT_NEAR(time_to_angle, 0.3 / 0.5, 3.0 * config.dt);
+  // Asked to stop it slows down as gently, and only then the brakes hold.
+  command.speed = 0.0;
+  follow_for(1.0);
+  EXPECT_EQ(state.drive.mode, DriveState::Mode::kDrive);
+  EXPECT_GT(speed, 1.0);
+  follow_for(3.0);
+  EXPECT_EQ(state.drive.mode, DriveState::Mode::kBrake);
+}
+
+TEST_F(DriveOfACar, AnAckermannCommandWithoutBoundsStopsByTheBrakesAtOnce) {
+  const Simulator simulator = carWith(SimConfig{});
+  VehicleState state = commanded(simulator, ackermann(3.0, 0.0));
+  ASSERT_EQ(state.drive.mode, DriveState::Mode::kDrive);
+  state.drive.command = ackermann(0.0, 0.0);
+  bool timed_out = false;
+  updateDrive(simulator.model(), simulator.config(), state, timed_out);
+  EXPECT_EQ(state.drive.mode, DriveState::Mode::kBrake);
+}
+
+JointRequest request(const std::string& joint) {
+  JointRequest result;
+  result.joint = joint;
+  return result;
+}
+
+/// What the wheel unit of a joint is told.
+OwnMode modeOf(const Simulator& simulator, const std::string& joint) {
+  for (const WheelUnit& wheel : simulator.model().drive.wheels)
+    if (wheel.name == joint) return simulator.state().drive.own(wheel.unit);
+  throw std::runtime_error("no wheel " + joint);
+}
+
+JointReading readingOf(const Simulator& simulator, const std::string& joint) {
+  std::vector<JointReading> readings;
+  simulator.jointReadings(readings);
+  for (std::size_t i = 0; i < readings.size(); ++i)
+    if (simulator.jointNames()[i] == joint) return readings[i];
+  throw std::runtime_error("no joint " + joint);
+}
+
+TEST(JointCommands, WheelSpeedsDriveTheCarAndZeroHoldsIt) {
+  Simulator simulator = make(car(), flatFloor(), SimConfig{});
+  standAt(simulator, 0.0, 0.0, 0.0);
+  std::vector<JointRequest> wheels = {request("rear_left_axle"), request("rear_right_axle")};
+  const auto drive_wheels = [&](double omega, double seconds) {
+    for (JointRequest& wheel : wheels) wheel.velocity = omega;
+    for (int i = 0; i < static_cast<int>(seconds * 100.0); ++i) {
+      ASSERT_TRUE(simulator.commandJoints(wheels).empty());
+      run(simulator, 0.01);
+    }
+  };
+  drive_wheels(10.0, 4.0);
+  EXPECT_NEAR(readingOf(simulator, "rear_left_axle").velocity, 10.0, 0.05);
+  EXPECT_NEAR(simulator.rootVelocity_W().x(), 10.0 * 0.35, 0.05);
+  drive_wheels(0.0, 3.0);
+  EXPECT_EQ(modeOf(simulator, "rear_left_axle"), OwnMode::kBrake);
+  EXPECT_LT(simulator.rootVelocity_W().norm(), 1e-4);
+}
+
+TEST(JointCommands, WheelTorqueAcceleratesByNewton) {
+  // Coasting otherwise; two motors of 100 N m on wheels of 0.35 m push 1200 kg and the wheels' own inertia.
+  Simulator simulator = make(car(), flatFloor(), SimConfig{});
+  standAt(simulator, 0.0, 0.0, 0.0);
+  std::vector<JointRequest> wheels = {request("rear_left_axle"), request("rear_right_axle")};
+  for (JointRequest& wheel : wheels) wheel.effort = 100.0;
+  const auto push_for = [&](double seconds) {
+    for (int i = 0; i < static_cast<int>(std::lround(seconds / 0.01)); ++i) {
+      simulator.command(coast());
+      ASSERT_TRUE(simulator.commandJoints(wheels).empty());
+      run(simulator, 0.01);
+    }
+  };
+  push_for(1.0);  // the suspension settles
+  const double before = simulator.rootVelocity_W().x();
+  push_for(2.0);
+  double spin = 0.0;
+  for (const WheelUnit& wheel : simulator.model().drive.wheels)
+    spin += 0.2 * 20.0 * (0.35 * 0.35 + 0.35 * 0.35) / (wheel.radius * wheel.radius);
+  const double expected = 2.0 * 100.0 / 0.35 / (1200.0 + spin);
+  EXPECT_NEAR((simulator.rootVelocity_W().x() - before) / 2.0, expected, 0.01 * expected);
+}
+
+TEST(JointCommands, SteeringFollowsItsPositionWhileTheCarIsDriven) {
+  Simulator simulator = make(car(), flatFloor(), SimConfig{});
+  standAt(simulator, 0.0, 0.0, 0.0);
+  std::vector<JointRequest> steering = {request("front_left_steer"), request("front_right_steer")};
+  steering[0].position = 0.1;
+  steering[1].position = 5.0;  // its limit is 0.6
+  for (int i = 0; i < 200; ++i) {
+    simulator.command(twist(2.0));
+    ASSERT_TRUE(simulator.commandJoints(steering).empty());
+    run(simulator, 0.01);
+  }
+  EXPECT_NEAR(readingOf(simulator, "front_left_steer").position, 0.1, 1e-9);
+  EXPECT_NEAR(readingOf(simulator, "front_right_steer").position, 0.6, 1e-9);
+  EXPECT_GT(simulator.rootVelocity_W().norm(), 0.5);
+}
+
+TEST(JointCommands, ASteeringSpeedMovesAtThatSpeedAndHoldsWhenItGetsTooOld) {
+  Simulator simulator = make(car(), flatFloor(), SimConfig{});
+  standAt(simulator, 0.0, 0.0, 0.0);
+  std::vector<JointRequest> steering = {request("front_left_steer")};
+  steering[0].velocity = -0.2;
+  ASSERT_TRUE(simulator.commandJoints(steering).empty());
+  run(simulator, 0.4);
+  EXPECT_NEAR(readingOf(simulator, "front_left_steer").velocity, -0.2, 1e-9);
+  run(simulator, 0.3);  // 0.5 s is the timeout
+  EXPECT_NEAR(readingOf(simulator, "front_left_steer").velocity, 0.0, 1e-9);
+  EXPECT_EQ(simulator.events().command_timeouts, 1);
+  EXPECT_NEAR(readingOf(simulator, "front_left_steer").position, -0.1, 0.01);
+}
+
+TEST(JointCommands, AnOwnCommandWinsOverTheVehiclesUntilItIsTooOld) {
+  Simulator simulator = make(car(), flatFloor(), SimConfig{});
+  standAt(simulator, 0.0, 0.0, 0.0);
+  std::vector<JointRequest> wheel = {request("rear_left_axle")};
+  wheel[0].velocity = 3.0;
+  ASSERT_TRUE(simulator.commandJoints(wheel).empty());
+  drive(simulator, twist(1.0), 0.4);
+  EXPECT_EQ(modeOf(simulator, "rear_left_axle"), OwnMode::kVelocity);
+  EXPECT_EQ(modeOf(simulator, "rear_right_axle"), OwnMode::kNone);
+  drive(simulator, twist(1.0), 0.2);
+  EXPECT_EQ(modeOf(simulator, "rear_left_axle"), OwnMode::kNone);
+  EXPECT_EQ(simulator.events().command_timeouts, 1);
+}
+
+TEST(JointCommands, AllOrNothingWithEveryReason) {
+  Simulator simulator = make(car(), flatFloor(), SimConfig{});
+  standAt(simulator, 0.0, 0.0, 0.0);
+  const std::uint64_t before = simulator.stateHash();
+  JointRequest good = request("rear_left_axle"), none = request("rear_right_axle"), unknown = request("wheel_9");
+  JointRequest passive = request("front_left_suspension"), angle = request("rear_right_axle");
+  JointRequest force = request("front_left_steer"), infinite = request("front_right_steer");
+  good.velocity = unknown.velocity = passive.position = angle.position = force.effort = 1.0;
+  infinite.position = std::numeric_limits<double>::infinity();
+  const auto refused = [&](const std::vector<JointRequest>& requests, const std::string& reason) {
+    const std::string text = problemText(simulator.commandJoints(requests));
+    EXPECT_NE(text.find(reason), std::string::npos) << text;
+    EXPECT_EQ(simulator.stateHash(), before) << reason;
+  };
+  refused({good, unknown}, "joint 'wheel_9': there is no such joint; those that can be asked for something are: ");
+  refused({good, passive}, "joint 'front_left_suspension': is suspension: it has no motor");
+  refused({good, angle}, "its velocity or effort can be asked for, not its position");
+  refused({good, force}, "its position or velocity can be asked for, not effort");
+  refused({good, infinite}, "not finite");
+  refused({good, none}, "no position, velocity or effort");
+  refused({good, good}, "is named twice");
+  refused({}, "names no joint");
+  EXPECT_EQ(simulator.events().rejected_commands, 8);
+  EXPECT_TRUE(simulator.commandJoints({good}).empty());
 }
 
 TEST(Drive, ASteeringMotorTooWeakHoldsAndSaysSo) {

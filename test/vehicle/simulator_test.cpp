@@ -245,6 +245,96 @@ TEST(Simulator, ADivergedRunFreezesAtTheLastGoodState) {
   EXPECT_EQ(simulator.step(), StepStatus::kOk);
 }
 
+TEST(Simulator, BoundsOfACommandMustNotBeNegative) {
+  Simulator simulator = standingCar();
+  for (double DriveCommand::*bound :
+       {&DriveCommand::steering_angle_velocity, &DriveCommand::acceleration, &DriveCommand::jerk}) {
+    DriveCommand command = ackermann(1.0, 0.1);
+    command.*bound = -0.1;
+    EXPECT_FALSE(simulator.command(command));
+    command.*bound = kNan;
+    EXPECT_FALSE(simulator.command(command));
+  }
+  EXPECT_EQ(simulator.events().rejected_commands, 6);
+}
+
+TEST(Simulator, FrictionScaleMovesTheLimitOfTheSlope) {
+  // mu 0.9 holds on 30 degrees, tan = 0.577; half of it does not: it slides with g (sin - mu cos).
+  const double slope = M_PI / 6.0;
+  Simulator simulator = make(fourFeet(50.0), terrainOf(floorSoup(500.0, 1, slope)), configOf(IntegratorKind::kRk4));
+  standAt(simulator, 0.0, 0.0, 0.0);
+  run(simulator, 1.0);
+  EXPECT_LT(simulator.rootVelocity_W().norm(), 1e-6);
+  simulator.setFrictionScale(0.5);
+  run(simulator, 0.2);
+  const double before = simulator.rootVelocity_W().norm();
+  run(simulator, 1.0);
+  EXPECT_NEAR(simulator.rootVelocity_W().norm() - before, 9.80665 * (std::sin(slope) - 0.45 * std::cos(slope)), 0.02);
+  simulator.reset();
+  EXPECT_EQ(simulator.frictionScale(), 0.5);
+}
+
+TEST(Simulator, RootAccelerationIsTheDerivativeOfItsVelocity) {
+  Simulator simulator = make(car(), emptySpace(), configOf(IntegratorKind::kRk4));
+  // Tumbling freely: gravity, and the root link circling about the centre of mass.
+  placeAt(simulator, Vector3d::Zero(), {1.0, 2.0, 3.0}, {0.5, 1.0, -0.8});
+  run(simulator, 0.1);
+  const Vector3d a = simulator.rootAcceleration_W(), v0 = simulator.rootVelocity_W();
+  simulator.step();
+  const Vector3d v1 = simulator.rootVelocity_W(), a1 = simulator.rootAcceleration_W();
+  // Trapezoidal rule: the error is of the order dt^2 times the jerk's rate.
+  EXPECT_LT(((v1 - v0) / 1e-3 - 0.5 * (a + a1)).norm(), 1e-4);
+  EXPECT_GT((a - Vector3d(0, 0, -9.80665)).norm(), 1e-3) << "the root link is not the centre of mass";
+}
+
+TEST(Simulator, ExplainContactNamesTheWinnerAndWhyTheOthersLost) {
+  // A ball on a floor of two cells a metre wide, 0.1 m beside the seam along x = 0, far from the others.
+  SimConfig config = configOf(IntegratorKind::kRk4);
+  config.stiffness = 1e4;
+  config.damping = 100.0;
+  Simulator simulator = make(solidBody(Vector3d::Constant(0.5), 50.0), flatFloor(2.0, 4), config);
+  standAt(simulator, 0.1, 0.3, 0.0);
+  run(simulator, 1.0);
+  const ContactExplanation explanation = simulator.explainContact(0);
+  ASSERT_EQ(explanation.contacts.size(), 1u);
+  EXPECT_NEAR(explanation.contacts[0].normal_force, 50.0 * 9.80665, 1e-3);
+  EXPECT_FALSE(explanation.contacts[0].sliding);
+  int winners = 0, losers = 0;
+  for (const CandidateReport& candidate : explanation.candidates) {
+    if (candidate.rank == 0) {
+      ++winners;
+      EXPECT_EQ(candidate.triangle, explanation.contacts[0].triangle);
+      EXPECT_EQ(candidate.alone.feature, Feature::kFace);
+      EXPECT_NEAR(candidate.alone.depth, explanation.contacts[0].depth, 1e-12);
+      EXPECT_NE(candidate.reason.find("pushes, with its face"), std::string::npos) << candidate.reason;
+    } else if (candidate.alone) {
+      ++losers;
+      // The seam is nearer than the ball's cap is wide: the neighbour touches with its edge, less deep.
+      EXPECT_LT(candidate.alone.depth, explanation.contacts[0].depth);
+      EXPECT_NE(candidate.reason.find("less than triangle"), std::string::npos) << candidate.reason;
+    } else {
+      EXPECT_NE(candidate.reason.find("no contact"), std::string::npos) << candidate.reason;
+    }
+  }
+  EXPECT_EQ(winners, 1);
+  EXPECT_GT(losers, 0);
+  double next = 0.0;
+  for (const CandidateReport& candidate : explanation.candidates)
+    if (candidate.rank != 0 && candidate.admitted) next = std::max(next, candidate.alone.depth);
+  EXPECT_NEAR(explanation.margin, explanation.contacts[0].depth - next, 1e-12);
+}
+
+TEST(Simulator, ExplainContactSaysThatABackSideDoesNotPush) {
+  // The floor's back is above: the ball hangs in it with its centre behind.
+  Simulator simulator = make(solidBody(Vector3d::Constant(0.5), 50.0), flatFloor(2.0, 1), configOf(IntegratorKind::kRk4));
+  placeAt(simulator, {0.3, 0.1, -0.2}, Vector3d::Zero());
+  const ContactExplanation explanation = simulator.explainContact(0);
+  EXPECT_TRUE(explanation.contacts.empty());
+  ASSERT_FALSE(explanation.candidates.empty());
+  for (const CandidateReport& candidate : explanation.candidates)
+    EXPECT_NE(candidate.reason.find("behind it, and it is one-sided"), std::string::npos) << candidate.reason;
+}
+
 TEST(Simulator, PlaceRefusesWhatIsNotANumber) {
   Simulator simulator = standingCar();
   const std::uint64_t before = simulator.stateHash();

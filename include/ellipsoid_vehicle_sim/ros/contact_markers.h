@@ -25,6 +25,9 @@ class ContactMarkers {
   /// `metres_per_newton` is the arrows' length; no arrow is longer than `longest` [m], about a vehicle's length.
   ContactMarkers(std::string frame, double metres_per_newton, double longest);
 
+  /// Lengths times this, also the longest.
+  void setScale(double scale) { scale_ = scale; }
+
   visualization_msgs::MarkerArray update(const std::vector<ContactReport>& contacts, const ros::Time& stamp);
 
  private:
@@ -40,6 +43,7 @@ class ContactMarkers {
   std::string frame_;
   double metres_per_newton_;
   double longest_;
+  double scale_ = 1.0;
   ContactTrail trail_;
   int updates_since_trail_ = 0;
   std::vector<Key> shown_;

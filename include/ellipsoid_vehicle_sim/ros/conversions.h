@@ -6,6 +6,7 @@
 #include <geometry_msgs/Twist.h>
 #include <nav_msgs/Odometry.h>
 #include <ros/time.h>
+#include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 #include <std_msgs/ColorRGBA.h>
 
@@ -14,9 +15,13 @@
 #include <string>
 #include <vector>
 
+#include "ellipsoid_vehicle_sim/ContactState.h"
 #include "ellipsoid_vehicle_sim/geometry/pose.h"
+#include "ellipsoid_vehicle_sim/ros/ackermann_message.h"
 #include "ellipsoid_vehicle_sim/vehicle/drive_command.h"
+#include "ellipsoid_vehicle_sim/vehicle/imu.h"
 #include "ellipsoid_vehicle_sim/vehicle/simulator.h"
+#include "ellipsoid_vehicle_sim/vehicle/wheel_odometry.h"
 
 // Core values <-> messages, as free functions. The one place that knows that the twist of an Odometry is in the child
 // frame.
@@ -41,11 +46,28 @@ geometry_msgs::TransformStamped toTransform(const Pose& X_WR, const std::string&
 void toJointState(const std::vector<std::string>& names, const std::vector<JointReading>& readings,
                   const ros::Time& stamp, sensor_msgs::JointState& message);
 
+/// A contact with the names of what touches.
+ContactState toContactState(const ContactReport& contact, const EllipsoidPlacement& ellipsoid,
+                            const std::string& surface);
+/// Diagonal covariances from the noise's deviations, never less than a millionth.
+sensor_msgs::Imu toImu(const ImuReading& reading, const ImuNoise& noise, const std::string& frame,
+                       const ros::Time& stamp);
+/// Planar odometry: z, roll and pitch are unknown (1e6), and the covariance of x, y, yaw is as given.
+nav_msgs::Odometry toOdometry(const WheelOdometry& odometry, double speed, double yaw_rate, double reference_x,
+                              const std::string& odom_frame, const std::string& base_frame, const ros::Time& stamp);
+Pose fromPose(const geometry_msgs::Pose& pose);
+Eigen::Vector3d fromVector(const geometry_msgs::Vector3& v);
+
+/// Speed, steering angle and how fast both may change. Not checked for NaN.
+DriveCommand toDriveCommand(const AckermannDriveStamped& message);
+/// One request a name, with what the message gives. Not checked for NaN; lengths must fit.
+std::vector<JointRequest> toJointRequests(const sensor_msgs::JointState& message);
 /// Speed and yaw rate; what a ground vehicle cannot do (sideways, up, roll) is ignored. Not checked for NaN.
 DriveCommand toDriveCommand(const geometry_msgs::Twist& twist);
 
 /// No NaN or infinity in it.
 bool allFinite(const nav_msgs::Odometry& message);
 bool allFinite(const sensor_msgs::JointState& message);
+bool allFinite(const sensor_msgs::Imu& message);
 
 }  // namespace ellipsoid_vehicle_sim

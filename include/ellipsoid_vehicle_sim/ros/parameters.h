@@ -2,13 +2,16 @@
 
 #include <ros/node_handle.h>
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "ellipsoid_vehicle_sim/geometry/problem.h"
+#include "ellipsoid_vehicle_sim/vehicle/imu.h"
 #include "ellipsoid_vehicle_sim/vehicle/parameter_table.h"
 #include "ellipsoid_vehicle_sim/vehicle/sim_config.h"
+#include "ellipsoid_vehicle_sim/vehicle/wheel_odometry.h"
 
 namespace ellipsoid_vehicle_sim {
 
@@ -18,6 +21,12 @@ enum class ClockMode {
   kFollow,   ///< somebody else's /clock: the simulation keeps pace with it.
   kWall      ///< the wall clock's at the start, plus simulated time.
 };
+
+/// Where odom comes from.
+enum class OdometrySource { kTruth, kEncoders };
+
+/// The commanders' topics; a lockstep topic is one of them.
+constexpr std::array<const char*, 3> kCommandTopics = {"cmd_vel", "ackermann_cmd", "joint_commands"};
 
 /// Parameters of the node that are not the physics' own. SI units.
 struct NodeOptions {
@@ -29,28 +38,45 @@ struct NodeOptions {
   std::vector<double> start;              ///< x [m], y [m], yaw [rad]; empty: the world file's.
 
   std::string odom_frame = "odom";
-  std::string base_frame;  ///< empty: the URDF's root link.
+  std::string base_frame;   ///< empty: the URDF's root link.
+  std::string world_frame;  ///< empty: odom_frame with true odometry, "map" with the encoders'.
   bool publish_tf = true;
+  bool publish_world_tf = false;  ///< encoders only: world_frame -> odom_frame.
+
+  OdometrySource odometry = OdometrySource::kTruth;
+  OdometryNoise odometry_noise;
+  ImuNoise imu_noise;       ///< but for its seed.
+  double noise_seed = 0.0;  ///< a whole number.
 
   ClockMode clock = ClockMode::kPublish;
   double clock_rate = 100.0;  ///< [Hz] of simulated time, like all rates.
   double publish_rate = 50.0;
   double marker_rate = 20.0;
+  double imu_rate = 100.0;
   double real_time_factor = 1.0;  ///< 0: as fast as possible.
+  double friction_scale = 1.0;    ///< every coefficient of friction times this.
   bool lockstep = false;
+  std::vector<std::string> lockstep_topics = {"cmd_vel"};
   double lockstep_timeout = 30.0;  ///< [s] of wall time; 0: for ever.
   double duration = 0.0;           ///< [s] simulated, then the node ends; 0: for ever.
 
   std::optional<double> contact_arrow_scale;  ///< [m/N]
+  double marker_scale = 1.0;                  ///< arrows times this.
   double world_marker_limit = 500000;         ///< triangles.
+  bool gazebo_services = false;
   std::string summary_file;
 };
+
+/// The frame of the world on the wire.
+std::string worldFrameOf(const NodeOptions& options);
 
 /// Every parameter of NodeOptions.
 ParameterTable<NodeOptions> nodeParameters();
 
 /// All the node's parameters with unit, range, default and meaning, as a YAML file: launch/simulator.yaml.
 std::string parameterManual();
+/// The same as tables in Markdown: docs/parameters.md.
+std::string parameterReference();
 
 struct NodeParameters {
   SimConfig config;

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "ellipsoid_vehicle_sim/geometry/problem.h"
 #include "ellipsoid_vehicle_sim/vehicle/sim_config.h"
 #include "ellipsoid_vehicle_sim/vehicle/vehicle_model.h"
 #include "ellipsoid_vehicle_sim/vehicle/vehicle_state.h"
@@ -9,7 +10,8 @@
 namespace ellipsoid_vehicle_sim {
 
 /// From the command in force to targets of wheels, treads and steering for the coming tick: timeout, speed and acceleration
-/// limits, steering geometry, servo integrals. `timed_out` is set in the tick in which the command becomes too old.
+/// limits, steering geometry, servo integrals. A joint with a command of its own that is not too old obeys that; the others
+/// obey the vehicle's. `timed_out` is set in the tick in which a command becomes too old.
 void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleState& state, bool& timed_out);
 
 /// Motor torques of the wheel units for joint speeds qd: pure, so every stage of a step may ask. [N m], sign of the joint.
@@ -22,6 +24,12 @@ double brakeTorque(const WheelUnit& wheel, const DriveState& drive);
 /// Acceleration for the coming tick that brings a prescribed joint to its target as fast as its limits allow, without
 /// overshoot; reaches it exactly.
 double profileAcceleration(const PrescribedJoint& joint, const ProfileState& profile, double dt);
+
+/// The same for any quantity: how its rate must change to bring `distance` to zero within the limits of both.
+double profileChange(double distance, double rate, double max_rate, double max_change, double dt);
+
+/// Takes requests for joints into the state, all or none; problems say why none. Limits, not age, are applied later.
+Problems takeJointRequests(const VehicleModel& model, const std::vector<JointRequest>& requests, DriveState& drive);
 
 /// A prescribed joint whose last tick needed more effort than it has, and would go on that way: it holds instead. The way
 /// back is always open.

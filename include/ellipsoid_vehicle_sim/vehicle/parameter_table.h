@@ -37,6 +37,7 @@ struct ParameterSpec {
   double maximum = std::numeric_limits<double>::infinity();
   std::vector<std::string> choices;  ///< kChoice only.
   std::size_t length = 0;            ///< of a kNumberList; 0: any.
+  bool running = false;              ///< may change while the simulation runs.
 };
 
 /// One row: the spec, and how to write it into and read it from `Options`.
@@ -63,6 +64,9 @@ Problems unknownParameters(const ParameterValues& values, const std::vector<std:
                            const std::string& where);
 /// The manual's entry: comment lines, and `#key: default` to take the '#' away from.
 std::string manualEntry(const ParameterSpec& spec, const std::optional<ParameterValue>& default_value);
+
+/// The reference's row, in Markdown.
+std::string referenceRow(const ParameterSpec& spec, const std::optional<ParameterValue>& default_value);
 
 /// Every parameter of SimConfig.
 ParameterTable<SimConfig> simConfigParameters();
@@ -103,20 +107,39 @@ inline double numberOf(const ParameterValue& value) {
 template <typename Options>
 Parameter<Options> numberParameter(std::string key, std::string unit, double minimum, double maximum,
                                    double Options::*member, std::string description) {
-  return {{std::move(key), ParameterKind::kNumber, std::move(unit), std::move(description), minimum, maximum, {}, 0},
-          [member](Options& options, const ParameterValue& value) { options.*member = numberOf(value); },
-          [member](const Options& options) -> std::optional<ParameterValue> { return options.*member; }};
+  return {
+      {std::move(key), ParameterKind::kNumber, std::move(unit), std::move(description), minimum, maximum, {}, 0, false},
+      [member](Options& options, const ParameterValue& value) { options.*member = numberOf(value); },
+      [member](const Options& options) -> std::optional<ParameterValue> { return options.*member; }};
 }
 
 template <typename Options>
 Parameter<Options> numberParameter(std::string key, std::string unit, double minimum, double maximum,
                                    std::optional<double> Options::*member, std::string description) {
-  return {{std::move(key), ParameterKind::kNumber, std::move(unit), std::move(description), minimum, maximum, {}, 0},
-          [member](Options& options, const ParameterValue& value) { options.*member = numberOf(value); },
-          [member](const Options& options) -> std::optional<ParameterValue> {
-            if (!(options.*member)) return std::nullopt;
-            return *(options.*member);
-          }};
+  return {
+      {std::move(key), ParameterKind::kNumber, std::move(unit), std::move(description), minimum, maximum, {}, 0, false},
+      [member](Options& options, const ParameterValue& value) { options.*member = numberOf(value); },
+      [member](const Options& options) -> std::optional<ParameterValue> {
+        if (!(options.*member)) return std::nullopt;
+        return *(options.*member);
+      }};
+}
+
+/// A number inside a struct of the options.
+template <typename Options, typename Inner>
+Parameter<Options> nestedParameter(std::string key, std::string unit, double minimum, double maximum,
+                                   Inner Options::*inner, double Inner::*member, std::string description) {
+  return {
+      {std::move(key), ParameterKind::kNumber, std::move(unit), std::move(description), minimum, maximum, {}, 0, false},
+      [inner, member](Options& options, const ParameterValue& value) { (options.*inner).*member = numberOf(value); },
+      [inner, member](const Options& options) -> std::optional<ParameterValue> { return (options.*inner).*member; }};
+}
+
+/// The same parameter, one that may change while the simulation runs.
+template <typename Options>
+Parameter<Options> running(Parameter<Options> parameter) {
+  parameter.spec.running = true;
+  return parameter;
 }
 
 template <typename Options>

@@ -62,7 +62,7 @@ struct SimConfig {
   double ride_frequency = 1.5;                              ///< of a suspension without a spring in the file [Hz].
   double ride_damping_ratio = 0.4;                          ///< [-].
 
-  /// Every value out of range, each with its allowed range.
+  /// Every value out of range, each with its allowed range; the ranges are those of parameter_table.h.
   Problems validate() const;
 };
 

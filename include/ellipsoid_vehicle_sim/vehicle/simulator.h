@@ -53,6 +53,24 @@ struct EllipsoidPlacement {
   std::string source;
 };
 
+/// Why one triangle near an ellipsoid pushes it, or not.
+struct CandidateReport {
+  int triangle = 0;
+  TriangleContact alone;      ///< the contact if this were the only triangle; none: feature is kNone.
+  double plane_depth = 0.0;   ///< of the ellipsoid's lowest point below the triangle's plane [m]; negative: above.
+  bool admitted = false;      ///< whether the contact memory lets it push.
+  int rank = -1;              ///< 0: the contact that pushes first; 1, 2: those that still hold it then; -1: does not push.
+  std::string reason;         ///< in words.
+};
+
+/// The contacts of one ellipsoid explained: every triangle whose box its own box meets, by index.
+struct ContactExplanation {
+  std::vector<CandidateReport> candidates;
+  std::vector<ContactReport> contacts;  ///< those that push, in order.
+  double margin = 0.0;  ///< by how much the first is deeper than the next other contact that may push [m].
+  double slack = 0.0;   ///< depth that the spring does not feel [m].
+};
+
 /// Counts since the last reset of things a user should hear about; none of them stops the run.
 struct StepEvents {
   std::int64_t passed_through = 0;    ///< an ellipsoid's centre went through a triangle from front to back.
@@ -60,6 +78,8 @@ struct StepEvents {
   std::int64_t command_timeouts = 0;  ///< times the command got too old and the brakes came on.
   std::int64_t rejected_commands = 0; ///< non-finite commands, dropped.
 };
+
+struct Snapshot;  // snapshot.h
 
 /// Vehicle, world and clock: the only thing the ROS layer drives. No ROS in here, no wall clock, no randomness: the same
 /// calls give the same bits. Not for use from several threads at once.
@@ -83,8 +103,23 @@ class Simulator {
   /// Back to the last setDown or place: everything except the clock, bit for bit.
   void reset();
 
-  /// A new command, in force from the next step until it is older than command_timeout. False: not finite, dropped, counted.
+  /// A new command, in force from the next step until it is older than command_timeout. False: not finite or a negative
+  /// bound, dropped, counted.
   bool command(const DriveCommand& command);
+  /// Commands for single joints, in force likewise; a joint obeys its own before the vehicle's. All or none: problems say
+  /// why none, and are counted. A joint on a path holds where it is when its command gets too old.
+  Problems commandJoints(const std::vector<JointRequest>& requests);
+  /// What commandJoints would say, without taking anything.
+  Problems checkJoints(const std::vector<JointRequest>& requests) const;
+  /// Every coefficient of friction times `scale` >= 0, from the next step on; reset() does not change it.
+  void setFrictionScale(double scale);
+  double frictionScale() const;
+
+  /// Everything but the clock: what restore() needs to go on bit for bit. See snapshot.h for files and messages.
+  Snapshot save() const;
+  /// The step count goes on. Only for snapshots of this very vehicle, world and configuration: snapshot.h checks that.
+  void restore(const Snapshot& snapshot);
+
   /// Advances one tick.
   StepStatus step();
 
@@ -93,13 +128,17 @@ class Simulator {
   StepStatus status() const;
   const StepEvents& events() const;
   bool commandInForce() const;      ///< false: none yet, or timed out.
+  double commandAge() const;        ///< of the last command [s]; infinite before the first.
 
   Pose rootPose() const;                    ///< X_WR of the URDF's root link.
   Eigen::Vector3d rootVelocity_W() const;   ///< of the root link's origin, in W [m/s].
   Eigen::Vector3d rootAngularVelocity_W() const;  ///< [rad/s].
+  Eigen::Vector3d rootAcceleration_W() const;     ///< of the root link's origin, in W, at the present state [m/s^2].
   const std::vector<std::string>& jointNames() const;  ///< every movable joint of the description, in its order.
   void jointReadings(std::vector<JointReading>& out) const;  ///< same order; no allocation once sized.
   void contacts(std::vector<ContactReport>& out) const;      ///< at the present state; no allocation once sized.
+  /// Why an ellipsoid (an index into ellipsoids()) is pushed as it is; for looking closely, not for every step.
+  ContactExplanation explainContact(int ellipsoid) const;
   const std::vector<EllipsoidPlacement>& ellipsoids() const;
   double largestPenetration() const;  ///< deepest geometric contact right now [m].
   double energy() const;              ///< kinetic + gravity + springs of joints, contacts and friction [J].
@@ -113,7 +152,7 @@ class Simulator {
   const StabilityCertificate& certificate() const;
   /// What was derived and assumed at load, for the log: one line each.
   const std::vector<std::string>& loadReport() const;
-  /// FNV-1a over every bit of the state except the absolute time.
+  /// FNV-1a over every bit of the state, the friction scale included, except the absolute time.
   std::uint64_t stateHash() const;
 
  private:

@@ -32,6 +32,9 @@ class VehicleDynamics {
   /// Friction law of every ellipsoid replaced by `mode`; for set-down, which needs one that holds.
   void overrideFriction(std::optional<FrictionMode> mode) { friction_override_ = mode; }
 
+  /// Every coefficient of friction times `scale`, from the next evaluation on.
+  void scaleFriction(double scale);
+
   /// The frozen part for the evaluations of the coming step. Must outlive them.
   void beginStep(const VehicleState& frozen, double dt);
 

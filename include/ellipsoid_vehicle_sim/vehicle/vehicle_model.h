@@ -72,6 +72,7 @@ struct Tread {
 /// A wheel as the drive sees it. Points in the root link's frame with all joints at zero.
 struct WheelUnit {
   std::string name;
+  int unit = -1;                 ///< its own index.
   int ellipsoid = -1;
   int joint = -1;                ///< index into dynamic_joints, -1 for a tread.
   int tread = -1;

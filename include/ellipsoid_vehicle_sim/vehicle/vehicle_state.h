@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -49,6 +50,9 @@ struct TreadState {
   double acceleration = 0.0;  ///< during it [rad/s^2].
 };
 
+/// What a wheel does by a command of its own, whatever the vehicle as a whole is asked for.
+enum class OwnMode : unsigned char { kNone, kBrake, kVelocity, kEffort };
+
 /// The drive's memory; changes at ticks only.
 struct DriveState {
   enum class Mode : unsigned char { kBrake, kCoast, kDrive };
@@ -60,6 +64,16 @@ struct DriveState {
   double yaw_rate = 0.0;            ///< likewise, differential layouts [rad/s].
   std::vector<double> wheel_speed;  ///< target of each wheel unit [rad/s], sign of its joint.
   std::vector<double> integral;     ///< of each wheel unit's servo [N m].
+  double steering = 0.0;            ///< angle of the virtual front wheel asked for now [rad], Ackermann layout.
+  double acceleration = 0.0;        ///< of `speed` during the last tick [m/s^2].
+  std::vector<OwnMode> own_mode;             ///< of each wheel unit during the coming tick.
+  std::vector<JointCommand> wheel_command;   ///< of each wheel unit by itself.
+  std::vector<JointCommand> profile_command; ///< of each prescribed joint by itself.
+
+  OwnMode own(int wheel) const {
+    const auto i = static_cast<std::size_t>(wheel);
+    return i < own_mode.size() ? own_mode[i] : OwnMode::kNone;
+  }
 };
 
 /// Everything that changes from step to step, apart from the clock: copy it and the run can be continued bit for bit.
@@ -74,7 +88,7 @@ struct VehicleState {
 /// x advanced along `rate` for h seconds; rotation on its manifold. `x` and `result` may not be the same object.
 void retract(const Motion& x, double h, const MotionRate& rate, Motion& result);
 
-/// FNV-1a over every bit of the state.
+/// FNV-1a over every bit of the state [FowlerNollVo].
 std::uint64_t hashOf(const VehicleState& state);
 
 }  // namespace ellipsoid_vehicle_sim
