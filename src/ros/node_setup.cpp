@@ -8,6 +8,7 @@
 #include <xmlrpcpp/XmlRpcClient.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -196,6 +197,30 @@ double vehicleLength(const VehicleDescription& vehicle) {
   return box.isEmpty() ? 1.0 : box.sizes().maxCoeff();
 }
 
+/// The record that ~record_folder asks for, if it does.
+std::optional<RunRecorder> openRecord(const NodeOptions& options, std::vector<std::string> files,
+                                      const Simulator& simulator, Problems& problems) {
+  if (options.record_folder.empty()) return std::nullopt;
+  RunManifest manifest;
+  manifest.program = "ellipsoid_vehicle_sim_node";
+  manifest.seed = static_cast<std::uint64_t>(options.noise_seed);
+  // Parameters of the vehicle's own beside it.
+  std::error_code error;
+  const std::string beside = fs::path(options.vehicle_file.empty() ? "" : files.front()).replace_extension(".yaml");
+  if (fs::is_regular_file(beside, error)) files.insert(files.begin() + 1, beside);
+  for (const std::string& file : files) {
+    if (fs::is_regular_file(file, error)) manifest.files.push_back(file);
+  }
+  for (const auto& row : nodeParameters()) {
+    if (const auto value = row.get(options)) manifest.more["~" + row.spec.key] = valueText(*value);
+  }
+  const auto every = static_cast<std::int64_t>(std::llround(1.0 / (options.record_rate * simulator.config().dt)));
+  Loaded<RunRecorder> recorder = RunRecorder::create(options.record_folder, every, std::move(manifest), simulator);
+  append(recorder.problems, problems);
+  if (!recorder) return std::nullopt;
+  return std::move(*recorder.value);
+}
+
 }  // namespace
 
 Loaded<NodeSetup> loadSetup(const ros::NodeHandle& nh, const ros::NodeHandle& nh_priv) {
@@ -237,6 +262,8 @@ Loaded<NodeSetup> loadSetup(const ros::NodeHandle& nh, const ros::NodeHandle& nh
   // World.
   std::shared_ptr<const Terrain> terrain;
   WorldStart start;
+  std::vector<std::string> files;  // that the run is made from
+  if (urdf) files.push_back(urdf.value->file);
   if (options.world.empty()) {
     problems.push_back({"~world", "no world: set it to a shipped name or the path of a mesh or world YAML"});
   } else {
@@ -248,6 +275,8 @@ Loaded<NodeSetup> loadSetup(const ros::NodeHandle& nh, const ros::NodeHandle& nh
       append(world.notes, result.notes);
       if (world) {
         start = world.value->start;
+        if (world.value->files != std::vector<std::string>{*file.value}) files.push_back(*file.value);
+        append(world.value->files, files);
         Loaded<Terrain> built = Terrain::build(std::move(world.value->soup));
         append(built.problems, problems);
         append(built.notes, result.notes);
@@ -271,8 +300,10 @@ Loaded<NodeSetup> loadSetup(const ros::NodeHandle& nh, const ros::NodeHandle& nh
   if (!problems.empty()) return result;
 
   append(simulator.value->loadReport(), result.notes);
+  std::optional<RunRecorder> recorder = openRecord(options, std::move(files), *simulator.value, problems);
+  if (!problems.empty()) return result;
   result.value.emplace(NodeSetup{options, terrain, std::move(*simulator.value), vehicle.value->root,
-                                 vehicleLength(*vehicle.value), drawn_links, result.notes});
+                                 vehicleLength(*vehicle.value), drawn_links, result.notes, std::move(recorder)});
   return result;
 }
 

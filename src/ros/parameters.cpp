@@ -170,6 +170,11 @@ ParameterTable<NodeOptions> nodeParameters() {
                     "Offer /gazebo/reset_simulation, reset_world, pause_physics and unpause_physics (std_srvs/Empty) "
                     "for programs that know these names. The clock goes on over a reset here."),
       textParameter("summary_file", &O::summary_file, "File for the report that is also logged at the end."),
+      textParameter(
+          "record_folder", &O::record_folder,
+          "Folder, absolute, for run.csv and manifest.yaml of the run; made if it is not there. Not given: none."),
+      numberParameter("record_rate", "Hz", 0.1, 1e6, &O::record_rate,
+                      "Of the lines in run.csv, in simulated time; at most one a tick."),
   };
 }
 

@@ -40,6 +40,7 @@ SimulatorNode::SimulatorNode(ros::NodeHandle nh, ros::NodeHandle nh_priv, NodeSe
       commands_(nh, options_, simulator_),
       ready_publisher_(nh.advertise<std_msgs::Bool>("ready", 1, true)),
       diagnostics_publisher_(nh.advertise<diagnostic_msgs::DiagnosticArray>("diagnostics", 10)),
+      recorder_(std::move(setup.recorder)),
       running_parameters_(
           nh, nh_priv, options_, [this] { applyRunningParameters(); }, [this] { return simulator_.stepCount(); },
           [this] { return now(); }),
@@ -136,6 +137,7 @@ void SimulatorNode::advance(std::int64_t ticks) {
     const auto before = WallPacer::Clock::now();
     const StepStatus status = simulator_.step();
     const auto after = WallPacer::Clock::now();
+    if (recorder_) recorder_->add(simulator_, std::chrono::duration<double>(after - before).count());
     if (status != StepStatus::kOk) {
       ROS_ERROR("the simulation diverged at %.6f s and is frozen at its last good state; ~reset starts again",
                 simulator_.time());
@@ -262,6 +264,9 @@ int SimulatorNode::finish() {
     result = "passed through the ground " + std::to_string(simulator_.events().passed_through) + " times";
   }
   if (result == "ok" && below > 1.0) result = "fell off the world";
+  if (recorder_) {
+    for (const Problem& problem : recorder_->finish(simulator_, result)) ROS_ERROR("%s", problem.text().c_str());
+  }
   const std::string report = statistics_.report(simulator_.time(), secondsSince(wall_start_), result);
   if (!options_.summary_file.empty()) std::ofstream(options_.summary_file) << report;
   ROS_INFO("%s", report.c_str());

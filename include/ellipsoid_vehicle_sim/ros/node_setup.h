@@ -3,12 +3,14 @@
 #include <ros/node_handle.h>
 
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "ellipsoid_vehicle_sim/geometry/problem.h"
 #include "ellipsoid_vehicle_sim/ros/parameters.h"
+#include "ellipsoid_vehicle_sim/ros/run_recorder.h"
 #include "ellipsoid_vehicle_sim/vehicle/simulator.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -22,6 +24,7 @@ struct NodeSetup {
   double vehicle_length = 1.0;        ///< largest distance across its ellipsoids, joints at zero [m].
   std::set<std::string> drawn_links;  ///< links with a visual that can be drawn.
   std::vector<std::string> notes;
+  std::optional<RunRecorder> recorder;  ///< where ~record_folder asks for one.
 };
 
 /// Parameters, vehicle, world, simulator, set-down, clock: every problem that can be found, at once. Sets

@@ -65,6 +65,8 @@ struct NodeOptions {
   double world_marker_limit = 500000;         ///< triangles.
   bool gazebo_services = false;
   std::string summary_file;
+  std::string record_folder;  ///< absolute; empty: no record.
+  double record_rate = 100.0;
 };
 
 /// The frame of the world on the wire.

@@ -4,12 +4,14 @@
 #include <ros/publisher.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "ellipsoid_vehicle_sim/ros/command_input.h"
 #include "ellipsoid_vehicle_sim/ros/contact_publisher.h"
 #include "ellipsoid_vehicle_sim/ros/node_setup.h"
+#include "ellipsoid_vehicle_sim/ros/run_recorder.h"
 #include "ellipsoid_vehicle_sim/ros/run_statistics.h"
 #include "ellipsoid_vehicle_sim/ros/running_parameters.h"
 #include "ellipsoid_vehicle_sim/ros/sim_clock.h"
@@ -86,6 +88,7 @@ class SimulatorNode : private SimulationControl {
   ros::Publisher ready_publisher_, diagnostics_publisher_;
   Event clock_event_, state_event_, imu_event_, marker_event_, diagnostics_event_, distance_event_;
   RunStatistics statistics_;
+  std::optional<RunRecorder> recorder_;
 
   std::int64_t reset_step_ = 0;  ///< ticks made when the vehicle last stood at its start.
   bool paused_ = false;
