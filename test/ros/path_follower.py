@@ -50,6 +50,12 @@ class PathFollower(unittest.TestCase):
     def test_two_runs_in_lockstep_are_the_same_to_the_last_bit(self):
         same_motion(self, self.first, self.second)
 
+    def test_ackermann_commands_follow_as_well(self):
+        odom = odom_of_run("path_follower.launch", 10.0, "command:=ackermann")
+        errors = [abs(distance_to_oval(*along_heading(m, AXLE))) for stamp, m in odom.items() if stamp > 2e9]
+        self.assertLess(max(errors), LARGEST_ERROR)
+        self.assertGreater(odom[max(odom)].pose.pose.position.x, 20.0)  # in the first turn
+
     def refused(self, *arguments):
         """What the program says when it ends with exit code 1."""
         program = roslib.packages.find_node("ellipsoid_vehicle_sim", "path_follower")[0]
