@@ -40,4 +40,6 @@
 ///   [CanudasDeWit1995]   C. Canudas de Wit et al., A new model for control of systems with friction, IEEE TAC 40 (1995).
 ///   [FowlerNollVo]       G. Fowler, L. C. Noll, K.-P. Vo: the FNV-1a hash.
 ///   [Steele2014]         G. Steele, D. Lea, C. Flood, Fast splittable pseudorandom number generators, OOPSLA 2014: SplitMix64.
+///   [Hamilton2006]       C. Hamilton, Compact Hilbert Indices, technical report CS-2006-07, Dalhousie University 2006.
+///   [HilbertRTree]       I. Kamel, C. Faloutsos, On packing R-trees, CIKM 1993: leaves filled along a Hilbert curve.
 ///   [Hairer1993]         E. Hairer, S. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed.: Runge-Kutta methods.

@@ -1,228 +1,269 @@
 #include "ellipsoid_vehicle_sim/world/mesh_tree.h"
 
 #include <algorithm>
-#include <cstring>
-#include <limits>
+
+#include "hilbert_curve.h"
 
 namespace ellipsoid_vehicle_sim {
+namespace {
 
-/// Builds a MeshTree from the top down, in place over one array of items.
+// Size classes make queries of fine ground under a few huge triangles 1.4 times faster, and cost others nothing.
+constexpr int kSizeClasses = 6;
+constexpr int kSizeRatioBits = 4;  // a class spans sizes of 1 : 16
+
+// A sorted entry: size class, place on the curve, triangle, from the highest bit down.
+constexpr int kIndexBits = 31, kClassShift = kIndexBits + HilbertCurve::kPlaceBits;
+constexpr std::uint64_t kIndexMask = (std::uint64_t{1} << kIndexBits) - 1;
+static_assert(kClassShift + 3 <= 64 && kSizeClasses <= 8, "an entry is 64 bits");
+
+/// Stable counting sort by the bits from `low_bit` up, eleven at a time, to and fro between the entries and `sorted`;
+/// digits that all entries share cost one pass of reading.
+void radixSort(std::vector<std::uint64_t>& entries, std::vector<std::uint64_t>& sorted, int low_bit, int bits) {
+  constexpr int kDigitBits = 11;
+  constexpr std::uint64_t kDigitMask = (1u << kDigitBits) - 1;
+  sorted.resize(entries.size());
+  for (int shift = low_bit; shift < low_bit + bits; shift += kDigitBits) {
+    std::array<std::uint32_t, kDigitMask + 1> place{};
+    for (const std::uint64_t e : entries) ++place[(e >> shift) & kDigitMask];
+    if (place[(entries[0] >> shift) & kDigitMask] == entries.size()) continue;
+    std::uint32_t sum = 0;
+    for (std::uint32_t& p : place) {
+      const std::uint32_t count = p;
+      p = sum;
+      sum += count;
+    }
+    for (const std::uint64_t e : entries) sorted[place[(e >> shift) & kDigitMask]++] = e;
+    entries.swap(sorted);
+  }
+}
+
+int bitLength(std::uint32_t x) { return x == 0 ? 0 : 32 - __builtin_clz(x); }
+
+}  // namespace
+
+/// Builds a MeshTree from the bottom up.
 class MeshTreeBuilder {
  public:
-  MeshTreeBuilder(MeshTree& tree, const std::vector<Eigen::Vector3d>& vertices,
-                  const std::vector<std::array<std::uint32_t, 3>>& triangles)
-      : tree_(tree) {
-    items_.reserve(triangles.size());
-    for (std::size_t i = 0; i < triangles.size(); ++i) items_.push_back(makeItem(vertices, triangles[i], i));
+  using Corners = std::array<std::uint32_t, 3>;
+
+  MeshTreeBuilder(MeshTree& tree, const std::vector<Eigen::Vector3d>& vertices, const std::vector<Corners>& triangles)
+      : tree_(tree), triangles_(triangles) {
+    cells_.resize(vertices.size());
+    for (std::size_t v = 0; v < vertices.size(); ++v) {
+      // Vertices that no triangle uses may lie outside of the grid, or be no numbers; nobody asks for their cells.
+      if (!tree_.bounds_.contains(vertices[v])) continue;
+      for (Eigen::Index k = 0; k < 3; ++k) cells_[v][static_cast<std::size_t>(k)] = tree_.cellOf(vertices[v][k], k);
+    }
   }
 
   void build() {
-    // Slightly more than full leaves with full nodes above them; the vector is cut to size at the end.
-    tree_.nodes_.reserve(items_.size() / 6 + 16);
-    addNode(sizeClasses());
-    tree_.nodes_.shrink_to_fit();
+    sortTriangles();
+    std::size_t node_count = 0;
+    for (std::size_t begin = 0; begin < entries_.size();) {
+      std::size_t end = begin;
+      const std::uint64_t size_class = entries_[begin] >> kClassShift;
+      while (end < entries_.size() && entries_[end] >> kClassShift == size_class) ++end;
+      planTree(begin, end - begin, node_count);
+      begin = end;
+    }
+    for (const MeshTree::Levels& levels : tree_.trees_) orderBlocks(levels.first_triangle, levels.triangle_count);
+    tree_.nodes_.resize(node_count);
+    tree_.triangles_.resize(entries_.size());
+    for (const MeshTree::Levels& levels : tree_.trees_) fillTree(levels);
   }
 
  private:
-  using Array4f = Eigen::Array4f;
   static constexpr int kWidth = MeshTree::kWidth;
-  static constexpr int kBins = 16;
-  // Size classes make queries of fine ground under a few huge triangles 1.4 times faster, and cost others nothing.
-  static constexpr int kSizeClasses = 6;
-  static constexpr float kSizeRatio = 16.0f;
-  /// Up to here ranges are cut into full leaves at the median.
-  static constexpr std::size_t kSmall = 64;
+  static constexpr std::size_t kBlock = kWidth * kWidth;  // blocks of a leaf each would cost more than they gain
+  using Cells = std::array<std::int32_t, 4>;
 
-  /// Box of a triangle; the fourth lane of lo carries the bits of the triangle's index.
-  struct Item {
-    Array4f lo, hi;
-    Array4f doubleCenter() const { return lo + hi; }
-    std::uint32_t index() const {
-      std::uint32_t i;
-      std::memcpy(&i, reinterpret_cast<const char*>(this) + 3 * sizeof(float), sizeof i);
-      return i;
+  CellBox boxOf(std::size_t triangle) const {
+    const Corners& t = triangles_[triangle];
+    const Cells &a = cells_[t[0]], &b = cells_[t[1]], &c = cells_[t[2]];
+    CellBox box;
+    for (std::size_t k = 0; k < 4; ++k) {
+      box.lo[k] = std::min(std::min(a[k], b[k]), c[k]);
+      box.hi[k] = std::max(std::max(a[k], b[k]), c[k]);
     }
-  };
-
-  struct Box {
-    Array4f lo = Array4f::Constant(std::numeric_limits<float>::infinity());
-    Array4f hi = Array4f::Constant(-std::numeric_limits<float>::infinity());
-    void add(const Item& item) { lo = lo.min(item.lo), hi = hi.max(item.hi); }
-    void add(const Array4f& point) { lo = lo.min(point), hi = hi.max(point); }
-    void add(const Box& box) { lo = lo.min(box.lo), hi = hi.max(box.hi); }
-    float halfArea() const {
-      const Array4f e = hi - lo;
-      return e[0] * e[1] + e[1] * e[2] + e[2] * e[0];
-    }
-  };
-
-  /// A run of items with their common box and the box of their doubled centres.
-  struct Range {
-    std::size_t begin = 0, end = 0;
-    Box box, centers;
-    int splits = 0;  ///< how many splits led here.
-    std::size_t size() const { return end - begin; }
-  };
-
-  /// Up to eight ranges: what becomes the lanes of a node.
-  struct Lanes {
-    std::array<Range, kWidth> range;
-    std::size_t count = 0;
-  };
-
-  Item makeItem(const std::vector<Eigen::Vector3d>& vertices, const std::array<std::uint32_t, 3>& triangle,
-                std::size_t index) const {
-    const Eigen::Vector3d &a = vertices[triangle[0]], &b = vertices[triangle[1]], &c = vertices[triangle[2]];
-    const Eigen::Vector3d lo = a.cwiseMin(b).cwiseMin(c) - tree_.center_;
-    const Eigen::Vector3d hi = a.cwiseMax(b).cwiseMax(c) - tree_.center_;
-    Item item;
-    for (int k = 0; k < 3; ++k) item.lo[k] = MeshTree::below(lo[k]), item.hi[k] = MeshTree::above(hi[k]);
-    item.hi[3] = 0.0f;
-    const std::uint32_t bits = static_cast<std::uint32_t>(index);
-    std::memcpy(reinterpret_cast<char*>(&item) + 3 * sizeof(float), &bits, sizeof bits);
-    return item;
+    return box;
   }
 
-  Range makeRange(std::size_t begin, std::size_t end, int splits) const {
-    Range range;
-    range.begin = begin, range.end = end, range.splits = splits;
-    for (std::size_t i = begin; i < end; ++i) range.box.add(items_[i]), range.centers.add(items_[i].doubleCenter());
-    return range;
+  static std::uint32_t longestSide(const CellBox& box) {
+    return static_cast<std::uint32_t>(std::max({box.hi[0] - box.lo[0], box.hi[1] - box.lo[1], box.hi[2] - box.lo[2]}));
   }
 
-  /// Sorts the items by size, largest first, in steps of kSizeRatio.
-  Lanes sizeClasses() {
-    const auto sizeOf = [](const Item& item) { return (item.hi - item.lo).head<3>().maxCoeff(); };
-    float largest = 0.0f;
-    for (const Item& item : items_) largest = std::max(largest, sizeOf(item));
-    Lanes lanes;
-    std::size_t begin = 0;
-    float limit = largest;
-    for (int c = 0; c < kSizeClasses && begin < items_.size(); ++c) {
-      limit /= kSizeRatio;
-      auto end = items_.end();
-      if (c + 1 < kSizeClasses) {
-        const auto isLarge = [&](const Item& item) { return sizeOf(item) >= limit; };
-        end = std::partition(items_.begin() + static_cast<std::ptrdiff_t>(begin), items_.end(), isLarge);
-      }
-      const std::size_t cut = static_cast<std::size_t>(end - items_.begin());
-      if (cut == begin) continue;
-      lanes.range[lanes.count++] = makeRange(begin, cut, 0);
-      begin = cut;
-    }
-    return lanes;
+  static std::array<std::int32_t, 3> centreOf(const CellBox& box) {
+    std::array<std::int32_t, 3> centre;
+    for (std::size_t k = 0; k < 3; ++k) centre[k] = box.lo[k] + (box.hi[k] - box.lo[k]) / 2;
+    return centre;
   }
 
-  /// Splits what is met most often until the lanes are used up or everything fits into one leaf each.
-  void fill(Lanes& lanes) {
-    while (lanes.count < kWidth) {
-      std::size_t widest = kWidth;
-      for (std::size_t i = 0; i < lanes.count; ++i) {
-        if (lanes.range[i].size() <= kWidth) continue;
-        if (widest == kWidth || lanes.range[i].box.halfArea() > lanes.range[widest].box.halfArea()) widest = i;
-      }
-      if (widest == kWidth) return;
-      lanes.range[lanes.count++] = split(lanes.range[widest]);
+  /// entries_: by size class, then along the curve, then by index.
+  void sortTriangles() {
+    const std::size_t count = triangles_.size();
+    entries_.resize(count);
+    std::vector<std::uint8_t> size_bits(count);
+    const HilbertCurve curve({tree_.cellOf(tree_.bounds_.max().x(), 0), tree_.cellOf(tree_.bounds_.max().y(), 1),
+                              tree_.cellOf(tree_.bounds_.max().z(), 2)});
+    int least_bits = 31, most_bits = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const CellBox box = boxOf(i);
+      entries_[i] = std::uint64_t{curve.place(centreOf(box))} << kIndexBits | i;
+      const int bits = bitLength(longestSide(box));
+      size_bits[i] = static_cast<std::uint8_t>(bits);
+      least_bits = std::min(least_bits, bits);
+      most_bits = std::max(most_bits, bits);
     }
-  }
-
-  /// Appends the node over these lanes and all below it; returns its index.
-  std::uint32_t addNode(Lanes lanes) {
-    const bool is_leaf = lanes.count == 1 && lanes.range[0].size() <= kWidth;
-    if (is_leaf) {
-      const Range all = lanes.range[0];
-      for (lanes.count = 0; lanes.count < all.size(); ++lanes.count) {
-        lanes.range[lanes.count] = makeRange(all.begin + lanes.count, all.begin + lanes.count + 1, 0);
-      }
-    } else {
-      fill(lanes);
-    }
-    const std::uint32_t index = static_cast<std::uint32_t>(tree_.nodes_.size());
-    tree_.nodes_.emplace_back();
-    MeshTree::Node node;
-    for (std::size_t i = 0; i < kWidth; ++i) {
-      const Box box = i < lanes.count ? lanes.range[i].box : Box();
-      for (int k = 0; k < 3; ++k) node.bound[k][i] = box.lo[k], node.bound[3 + k][i] = box.hi[k];
-      node.child[i] = 0;
-      if (i >= lanes.count) continue;
-      if (lanes.range[i].size() == 1) {
-        node.child[i] = items_[lanes.range[i].begin].index() | MeshTree::kIsTriangle;
-      } else {
-        Lanes below;
-        below.range[0] = lanes.range[i];
-        below.count = 1;
-        node.child[i] = addNode(below);
+    if (most_bits - least_bits >= kSizeRatioBits) {
+      for (std::size_t i = 0; i < count; ++i) {
+        const int size_class = std::min((most_bits - size_bits[i]) / kSizeRatioBits, kSizeClasses - 1);
+        entries_[i] |= static_cast<std::uint64_t>(size_class) << kClassShift;
       }
     }
-    tree_.nodes_[index] = node;
-    return index;
+    radixSort(entries_, sorted_, kIndexBits, 64 - kIndexBits);
+    refineRuns(0, count, kIndexBits);
   }
 
-  /// Splits off the right part of `range` (more than eight items), which it returns.
-  Range split(Range& range) {
-    int axis = 0;
-    (range.centers.hi - range.centers.lo).head<3>().maxCoeff(&axis);
-    // Bins of nothing would divide by it.
-    const bool has_extent = range.centers.hi[axis] - range.centers.lo[axis] > 1e-30f;
-    if (range.size() > kSmall && has_extent && range.splits < MeshTree::kMaxSplits) return splitBinned(range, axis);
-    return splitHalf(range, axis);
+  /// Where many triangles share a place, the curve is drawn again through the cube that they fill.
+  void refineRuns(std::size_t begin, std::size_t end, int low_bit) {
+    while (begin < end) {
+      std::size_t past = begin + 1;
+      while (past < end && entries_[past] >> low_bit == entries_[begin] >> low_bit) ++past;
+      if (past - begin > kWidth) refineRun(begin, past);
+      begin = past;
+    }
   }
 
-  /// Half of the range on either side, rounded so that the left is whole leaves.
-  Range splitHalf(Range& range, int axis) {
-    const std::size_t leaves = (range.size() + kWidth - 1) / kWidth;
-    const std::size_t cut = range.begin + (leaves / 2) * kWidth;
-    std::nth_element(at(range.begin), at(cut), at(range.end), [axis](const Item& a, const Item& b) {
-      return a.lo[axis] + a.hi[axis] < b.lo[axis] + b.hi[axis];
+  void refineRun(std::size_t begin, std::size_t end) {
+    std::array<std::int32_t, 3> low = centreOf(boxOf(entries_[begin] & kIndexMask)), side = low;
+    for (std::size_t i = begin + 1; i < end; ++i) {
+      const auto centre = centreOf(boxOf(entries_[i] & kIndexMask));
+      for (std::size_t k = 0; k < 3; ++k) low[k] = std::min(low[k], centre[k]), side[k] = std::max(side[k], centre[k]);
+    }
+    for (std::size_t k = 0; k < 3; ++k) side[k] -= low[k];
+    if (side == std::array<std::int32_t, 3>{}) return;  // all centres in one cell
+    const HilbertCurve curve(side);
+    const std::uint64_t size_class = entries_[begin] >> kClassShift;
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint64_t index = entries_[i] & kIndexMask;
+      auto centre = centreOf(boxOf(index));
+      for (std::size_t k = 0; k < 3; ++k) centre[k] -= low[k];
+      entries_[i] = size_class << kClassShift | std::uint64_t{curve.place(centre)} << kIndexBits | index;
+    }
+    std::sort(entries_.begin() + static_cast<std::ptrdiff_t>(begin),
+              entries_.begin() + static_cast<std::ptrdiff_t>(end));
+    if (!curve.isFinest()) refineRuns(begin, end, kIndexBits);
+  }
+
+  /// Adds the levels of a tree over so many triangles; nodes of all trees stand one after the other.
+  void planTree(std::size_t first_triangle, std::size_t triangle_count, std::size_t& node_count) {
+    MeshTree::Levels levels;
+    levels.triangle_count = static_cast<std::uint32_t>(triangle_count);
+    levels.first_triangle = static_cast<std::uint32_t>(first_triangle);
+    std::size_t count = triangle_count;
+    do {
+      count = (count + kWidth - 1) / kWidth;
+      levels.begin[static_cast<std::size_t>(levels.size)] = static_cast<std::uint32_t>(node_count);
+      levels.count[static_cast<std::size_t>(levels.size)] = static_cast<std::uint32_t>(count);
+      ++levels.size;
+      node_count += count;
+    } while (count > 1);
+    tree_.trees_.push_back(levels);
+  }
+
+  /// A run of entries along the curve that stays together; where its middle is.
+  struct Block {
+    std::array<std::int32_t, 3> centre;
+    std::uint32_t index;
+  };
+
+  /// Pieces of the curve are slender and tangled: above them, nodes are filled from blocks halved by position instead.
+  void orderBlocks(std::size_t first_entry, std::size_t triangle_count) {
+    const std::size_t block_count = triangle_count / kBlock;  // the rest, less than a block, stays at the end
+    if (block_count <= kWidth) return;
+    std::vector<Block> blocks(block_count);
+    for (std::size_t i = 0; i < block_count; ++i) {
+      const std::size_t begin = first_entry + i * kBlock;
+      const auto a = centreOf(boxOf(entries_[begin] & kIndexMask));
+      const auto b = centreOf(boxOf(entries_[begin + kBlock / 2] & kIndexMask));
+      const auto c = centreOf(boxOf(entries_[begin + kBlock - 1] & kIndexMask));
+      for (std::size_t k = 0; k < 3; ++k) blocks[i].centre[k] = a[k] / 3 + b[k] / 3 + c[k] / 3;
+      blocks[i].index = static_cast<std::uint32_t>(i);
+    }
+    std::size_t child = kWidth;
+    while (child * kWidth < block_count) child *= kWidth;
+    halve(blocks, 0, block_count, child);
+    for (std::size_t i = 0; i < block_count; ++i) {
+      const auto from = entries_.begin() + static_cast<std::ptrdiff_t>(first_entry + blocks[i].index * kBlock);
+      std::copy(from, from + kBlock, sorted_.begin() + static_cast<std::ptrdiff_t>(i * kBlock));
+    }
+    std::copy(sorted_.begin(), sorted_.begin() + static_cast<std::ptrdiff_t>(block_count * kBlock),
+              entries_.begin() + static_cast<std::ptrdiff_t>(first_entry));
+  }
+
+  /// Orders the blocks of a node so that its children, of `child` blocks each, lie apart; then each child's.
+  void halve(std::vector<Block>& blocks, std::size_t begin, std::size_t end, std::size_t child) {
+    while (end - begin <= child && child > kWidth) child /= kWidth;
+    if (end - begin <= child) return;
+    std::array<std::int32_t, 3> low = blocks[begin].centre, high = low;
+    for (std::size_t i = begin + 1; i < end; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        low[k] = std::min(low[k], blocks[i].centre[k]);
+        high[k] = std::max(high[k], blocks[i].centre[k]);
+      }
+    }
+    std::size_t axis = 0;
+    for (std::size_t k = 1; k < 3; ++k) axis = high[k] - low[k] > high[axis] - low[axis] ? k : axis;
+    const std::size_t children = (end - begin + child - 1) / child, middle = begin + children / 2 * child;
+    const auto at = [&](std::size_t i) { return blocks.begin() + static_cast<std::ptrdiff_t>(i); };
+    std::nth_element(at(begin), at(middle), at(end), [axis](const Block& a, const Block& b) {
+      return a.centre[axis] != b.centre[axis] ? a.centre[axis] < b.centre[axis] : a.index < b.index;
     });
-    const Range right = makeRange(cut, range.end, range.splits + 1);
-    range = makeRange(range.begin, cut, range.splits + 1);
-    return right;
+    halve(blocks, begin, middle, child);
+    halve(blocks, middle, end, child);
   }
 
-  /// Splits between the two bins with the least sum of (half area times count). The first and the last bin are never
-  /// empty, so both parts have items.
-  Range splitBinned(Range& range, int axis) {
-    const float lo = range.centers.lo[axis];
-    const float scale = static_cast<float>(kBins) / (range.centers.hi[axis] - lo);
-    const auto binOf = [=](const Item& item) {
-      return static_cast<std::size_t>(std::min(kBins - 1.0f, (item.lo[axis] + item.hi[axis] - lo) * scale));
-    };
-    std::array<Range, kBins> bins;
-    for (std::size_t i = range.begin; i < range.end; ++i) {
-      Range& bin = bins[binOf(items_[i])];
-      bin.box.add(items_[i]);
-      bin.centers.add(items_[i].doubleCenter());
-      ++bin.end;
+  void fillTree(const MeshTree::Levels& levels) {
+    std::vector<CellBox> below(levels.count[0]), boxes;
+    CellBox lanes[kWidth];
+    for (std::size_t n = 0; n < levels.count[0]; ++n) {
+      const std::size_t begin = n * kWidth, count = std::min<std::size_t>(kWidth, levels.triangle_count - begin);
+      for (std::size_t lane = 0; lane < count; ++lane) {
+        const std::uint64_t index = entries_[levels.first_triangle + begin + lane] & kIndexMask;
+        tree_.triangles_[levels.first_triangle + begin + lane] = static_cast<std::uint32_t>(index);
+        lanes[lane] = boxOf(index);
+      }
+      below[n] = fillNode(tree_.nodes_[levels.begin[0] + n], lanes, count);
     }
-    const auto join = [](Range& sum, const Range& bin) {
-      sum.box.add(bin.box), sum.centers.add(bin.centers);
-      sum.end += bin.end;
-    };
-    std::array<Range, kBins> rights;  // rights[b] is bins b and up
-    rights[kBins - 1] = bins[kBins - 1];
-    for (std::size_t b = kBins - 1; b-- > 1;) join(rights[b] = rights[b + 1], bins[b]);
-    Range left, best_left;
-    std::size_t best = 0;
-    float best_cost = std::numeric_limits<float>::infinity();
-    for (std::size_t b = 0; b + 1 < kBins; ++b) {
-      join(left, bins[b]);
-      const float cost = left.box.halfArea() * static_cast<float>(left.size()) +
-                         rights[b + 1].box.halfArea() * static_cast<float>(rights[b + 1].size());
-      if (cost < best_cost) best_cost = cost, best = b, best_left = left;
+    for (std::size_t level = 1; level < static_cast<std::size_t>(levels.size); ++level) {
+      boxes.resize(levels.count[level]);
+      for (std::size_t n = 0; n < boxes.size(); ++n) {
+        const std::size_t begin = n * kWidth, count = std::min<std::size_t>(kWidth, below.size() - begin);
+        boxes[n] = fillNode(tree_.nodes_[levels.begin[level] + n], &below[begin], count);
+      }
+      below.swap(boxes);
     }
-    std::partition(at(range.begin), at(range.end), [&](const Item& item) { return binOf(item) <= best; });
-    Range right = rights[best + 1];
-    right.begin = range.begin + best_left.size(), right.end = range.end, right.splits = range.splits + 1;
-    best_left.begin = range.begin, best_left.end = right.begin, best_left.splits = right.splits;
-    range = best_left;
-    return right;
   }
 
-  std::vector<Item>::iterator at(std::size_t i) { return items_.begin() + static_cast<std::ptrdiff_t>(i); }
+  /// Returns the box around the lanes.
+  static CellBox fillNode(MeshTreeNode& node, const CellBox* lanes, std::size_t count) {
+    CellBox all = lanes[0];
+    for (std::size_t lane = 1; lane < count; ++lane) {
+      for (std::size_t k = 0; k < 4; ++k) {
+        all.lo[k] = std::min(all.lo[k], lanes[lane].lo[k]);
+        all.hi[k] = std::max(all.hi[k], lanes[lane].hi[k]);
+      }
+    }
+    node = {};
+    node.setFrame(all);
+    for (std::size_t lane = 0; lane < count; ++lane) node.setLane(static_cast<int>(lane), lanes[lane]);
+    return all;
+  }
 
   MeshTree& tree_;
-  std::vector<Item> items_;
+  const std::vector<Corners>& triangles_;
+  std::vector<Cells> cells_;                     ///< of the vertices.
+  std::vector<std::uint64_t> entries_, sorted_;  ///< sorted_ is room to sort in: fresh memory is slow.
 };
 
 MeshTree::MeshTree(const std::vector<Eigen::Vector3d>& vertices,
@@ -231,8 +272,9 @@ MeshTree::MeshTree(const std::vector<Eigen::Vector3d>& vertices,
   for (const auto& triangle : triangles) {
     for (const std::uint32_t v : triangle) bounds_.extend(vertices[v]);
   }
-  center_ = bounds_.center();
-  slack_ = kFloatSlack * 0.5 * bounds_.sizes().maxCoeff();
+  const double side = bounds_.sizes().maxCoeff();
+  // Below this side the number of cells in a metre would overflow; then all is in one cell.
+  if (side > 1e-290) cells_per_metre_ = kLastCell / side;
   MeshTreeBuilder(*this, vertices, triangles).build();
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <random>
 
+#include "ellipsoid_vehicle_sim/world/mesh_tree_node.h"
 #include "support/meshes.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -108,6 +109,74 @@ TEST(Terrain, QueryIsExactForEveryCountUpToAHundred) {
   for (int count = 1; count <= 100; ++count) {
     expectQueriesExact(built(randomSoup(count, 1.0, 0.1, 1.0, static_cast<unsigned>(count))), 6, 20);
   }
+}
+
+TEST(Terrain, QueryIsExactForFineDetailInAHugeWorld) {
+  // A square metre of millimetres in a hundred kilometres: thousands of triangles within a step of the tree's curve.
+  TriangleSoup soup =
+      gridSoup(40, 1e-3, [](double x, double y) { return 1e-3 * std::sin(1e3 * x) * std::cos(700.0 * y); });
+  for (int i = 0; i < 200; ++i) {
+    const Vector3d p(1e5 * std::cos(0.3 * i), 1e5 * std::sin(0.7 * i), 10.0 * std::sin(i));
+    const std::uint32_t n = static_cast<std::uint32_t>(soup.vertices.size());
+    soup.vertices.insert(soup.vertices.end(), {p, p + Vector3d(3e-3, 0, 0), p + Vector3d(0, 3e-3, 1e-3)});
+    soup.triangles.push_back({n, n + 1, n + 2});
+  }
+  expectQueriesExact(built(std::move(soup)), 8, 500);
+}
+
+TEST(Terrain, QueryIsExactInAStandingColumn) {
+  // Tall and thin: the long side is upright, and the two others are alike.
+  TriangleSoup soup = randomSoup(2000, 1.0, 0.01, 0.1, 9);
+  for (Vector3d& v : soup.vertices) v.z() *= 300.0;
+  expectQueriesExact(built(std::move(soup)), 10, 300);
+}
+
+TEST(MeshTreeNode, LanesAllAtOnceMeetWhatTheyMeetOneByOne) {
+  std::mt19937 random(11);
+  const auto cell = [&](std::int32_t low, std::int32_t high) {
+    return std::uniform_int_distribution<std::int32_t>(low, high)(random);
+  };
+  const auto box = [&](std::int32_t low, std::int32_t high) {
+    CellBox b{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      b.lo[k] = cell(low, high);
+      b.hi[k] = cell(b.lo[k], high);
+    }
+    return b;
+  };
+  constexpr std::int32_t kLast = 2147483647;
+  int meeting = 0, certain = 0;
+  for (int i = 0; i < 20000; ++i) {
+    // Worlds from one cell to all of them; queries inside, across and beside the node.
+    const std::int32_t low = i % 3 == 0 ? 0 : cell(0, kLast / 2), high = low + (cell(0, kLast / 2) >> (i % 31));
+    CellBox lanes[MeshTreeNode::kWidth], all = box(low, high);
+    for (CellBox& lane : lanes) {
+      lane = box(low, high);
+      for (std::size_t k = 0; k < 3; ++k) {
+        all.lo[k] = std::min(all.lo[k], lane.lo[k]);
+        all.hi[k] = std::max(all.hi[k], lane.hi[k]);
+      }
+    }
+    MeshTreeNode node{};
+    node.setFrame(all);
+    for (int lane = 0; lane < MeshTreeNode::kWidth; ++lane) node.setLane(lane, lanes[lane]);
+    const CellBox query = i % 2 == 0 ? box(low, high) : box(0, kLast);
+    const MetLanes fast = metLanes(node, query), plain = metLanesOneByOne(node, query);
+    ASSERT_EQ(fast.meeting, plain.meeting) << i;
+    ASSERT_EQ(fast.certain, plain.certain) << i;
+    for (int lane = 0; lane < MeshTreeNode::kWidth; ++lane) {
+      bool meets = true;
+      for (std::size_t k = 0; k < 3; ++k)
+        meets = meets && lanes[lane].lo[k] <= query.hi[k] && lanes[lane].hi[k] >= query.lo[k];
+      const bool said = (fast.meeting >> lane & 1u) != 0, sure = (fast.certain >> lane & 1u) != 0;
+      ASSERT_TRUE(said || !meets) << i;
+      ASSERT_TRUE(meets || !sure) << i;
+      meeting += meets;
+      certain += sure;
+    }
+  }
+  // Certainty is worth having: most that meet are told to.
+  EXPECT_GT(certain, meeting / 2);
 }
 
 TEST(Terrain, QueryFindsTheOneTriangle) {

@@ -6,19 +6,19 @@
 #include <cmath>
 #include <cstdint>
 #include <vector>
-#ifdef __SSE2__
-#include <emmintrin.h>
-#endif
+
+#include "ellipsoid_vehicle_sim/world/mesh_tree_node.h"
 
 namespace ellipsoid_vehicle_sim {
 
 /// Box tree over triangles, eight children to a node. It proposes triangles; the exact answer is the caller's.
 ///
-/// The node boxes are float, rounded outwards and relative to the centre of the mesh: the one exception to "no float",
-/// since they only ever decide what is looked at, never what is answered. Measured on 1 m triangles with the box of a
-/// wheel: 0.18 us a query against 0.25 us with double bounds (200,000 triangles, driving), 0.57 against 0.80 us (the
-/// same, anywhere), and half the bytes. The first split is by size, so that a triangle of kilometres does not swell the
-/// boxes of millimetre neighbours; below that, binned surface-area splits along the longest axis of the centroids.
+/// Triangles are put in the order of a Hilbert curve through their centres and every eight neighbours on it make a
+/// leaf, every eight of those a node, and so on: all nodes are full, a child's place follows from its parent's, and
+/// building is sorting. Node boxes are bytes on a grid of 2^31 cells along the longest side of the mesh
+/// (mesh_tree_node.h): 64 bytes for eight of them, so that most of a large tree fits into the caches. Triangles of very
+/// different sizes get trees of their own, so that one of kilometres does not swell the boxes of millimetre neighbours.
+/// Source: packed Hilbert R-trees, notation.h [HilbertRTree].
 class MeshTree {
  public:
   MeshTree() = default;
@@ -26,10 +26,12 @@ class MeshTree {
   MeshTree(const std::vector<Eigen::Vector3d>& vertices, const std::vector<std::array<std::uint32_t, 3>>& triangles);
 
   const Eigen::AlignedBox3d& bounds() const { return bounds_; }
-  std::size_t memoryBytes() const { return nodes_.capacity() * sizeof(Node); }
+  std::size_t memoryBytes() const {
+    return nodes_.capacity() * sizeof(MeshTreeNode) + triangles_.capacity() * sizeof(std::uint32_t);
+  }
 
   /// Calls visit(triangle, certain) for every triangle whose box may meet `box`; all that do meet it are among them,
-  /// and `certain` says that the float bounds already prove it. Does not allocate.
+  /// and `certain` says that the tree already proves it. Does not allocate.
   template <typename Visit>
   void visit(const Eigen::AlignedBox3d& box, Visit&& visit) const;
 
@@ -40,149 +42,124 @@ class MeshTree {
  private:
   friend class MeshTreeBuilder;
 
-  static constexpr int kWidth = 8;
-  static constexpr std::uint32_t kIsTriangle = 0x80000000u;
-  // The builder forces halving below kMaxSplits nested splits, after which 31 more exhaust any index.
-  static constexpr int kMaxSplits = 64;
-  static constexpr int kStackSize = (kMaxSplits + 32) * (kWidth - 1) + 1;
-  /// Sum of what rounding outwards can move a lane's and a query's bound, as a part of the mesh's half extent.
-  static constexpr double kFloatSlack = 5e-7;
+  static constexpr int kWidth = MeshTreeNode::kWidth;
+  static constexpr int kMostLevels = 11;  // 8^11 > 2^31
+  static constexpr int kStackSize = kMostLevels * (kWidth - 1) + 1;
+  static constexpr double kLastCell = 2147483647.0;
 
-  /// A lane is a child node, or a triangle when kIsTriangle is set; an unused lane has an empty box.
-  struct alignas(32) Node {
-    float bound[6][kWidth];  ///< lo x, y, z, then hi x, y, z.
-    std::uint32_t child[kWidth];
+  /// The levels of one tree, leaves first: where each begins in nodes_, and how many nodes it has. The last is the
+  /// root.
+  struct Levels {
+    std::array<std::uint32_t, kMostLevels> begin{}, count{};
+    int size = 0;
+    std::uint32_t triangle_count = 0;
+    std::uint32_t first_triangle = 0;  ///< in triangles_.
   };
 
-  /// A box in the frame of the tree.
-  struct FloatBox {
-    float lo[3], hi[3];
-  };
-
-  static float below(double x) { return static_cast<float>(x - std::abs(x) * 0x1p-23 - 1e-37); }
-  static float above(double x) { return static_cast<float>(x + std::abs(x) * 0x1p-23 + 1e-37); }
-
-  /// Bit k is set when lane k meets the box.
-  static unsigned meeting(const Node& node, const FloatBox& box) {
-#ifdef __SSE2__
-    unsigned mask = 0;
-    for (int half = 0; half < kWidth; half += 4) {
-      __m128 meets = _mm_cmple_ps(_mm_load_ps(node.bound[0] + half), _mm_set1_ps(box.hi[0]));
-      for (int k = 1; k < 3; ++k) {
-        meets = _mm_and_ps(meets, _mm_cmple_ps(_mm_load_ps(node.bound[k] + half), _mm_set1_ps(box.hi[k])));
-      }
-      for (int k = 0; k < 3; ++k) {
-        meets = _mm_and_ps(meets, _mm_cmpge_ps(_mm_load_ps(node.bound[3 + k] + half), _mm_set1_ps(box.lo[k])));
-      }
-      mask |= static_cast<unsigned>(_mm_movemask_ps(meets)) << half;
-    }
-    return mask;
-#else
-    unsigned mask = 0;
-    for (int i = 0; i < kWidth; ++i) {
-      const bool meets = (node.bound[0][i] <= box.hi[0]) & (node.bound[1][i] <= box.hi[1]) &
-                         (node.bound[2][i] <= box.hi[2]) & (node.bound[3][i] >= box.lo[0]) &
-                         (node.bound[4][i] >= box.lo[1]) & (node.bound[5][i] >= box.lo[2]);
-      mask |= static_cast<unsigned>(meets) << i;
-    }
-    return mask;
-#endif
+  std::int32_t cellOf(double x, Eigen::Index axis) const {
+    return static_cast<std::int32_t>(std::min(kLastCell, (x - bounds_.min()[axis]) * cells_per_metre_));
   }
+  /// `box` on the grid, cut to the mesh; false when they do not meet (also for a box that is empty or not a number).
+  bool toCells(const Eigen::AlignedBox3d& box, CellBox& cells) const;
 
-  /// `box` cut to the mesh, so that no query leaves the range of float; empty when they do not meet.
-  Eigen::AlignedBox3d cut(const Eigen::AlignedBox3d& box) const {
-    return Eigen::AlignedBox3d(box.min().cwiseMax(bounds_.min()), box.max().cwiseMin(bounds_.max()));
-  }
-  FloatBox outward(const Eigen::AlignedBox3d& box) const;
+  /// visit(triangle, certain) for the lanes of leaves that meet `box` and for which accept(node, lane) is true all the
+  /// way down.
+  template <typename Accept, typename Visit>
+  void traverse(const Levels& levels, const CellBox& box, Accept&& accept, Visit&& visit) const;
 
-  std::vector<Node> nodes_;  ///< nodes_[0] is the root; empty without triangles.
+  std::vector<MeshTreeNode> nodes_;
+  std::vector<std::uint32_t> triangles_;  ///< in the order of the leaves' lanes.
+  std::vector<Levels> trees_;             ///< one for each size of triangles, the largest first.
   Eigen::AlignedBox3d bounds_;
-  Eigen::Vector3d center_ = Eigen::Vector3d::Zero();
-  double slack_ = 0.0;  ///< kFloatSlack in metres.
+  double cells_per_metre_ = 0.0;
 };
 
-inline MeshTree::FloatBox MeshTree::outward(const Eigen::AlignedBox3d& box) const {
-  FloatBox result;
-  for (int k = 0; k < 3; ++k) {
-    result.lo[k] = below(box.min()[k] - center_[k]);
-    result.hi[k] = above(box.max()[k] - center_[k]);
+inline bool MeshTree::toCells(const Eigen::AlignedBox3d& box, CellBox& cells) const {
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const double low = std::max(box.min()[k], bounds_.min()[k]), high = std::min(box.max()[k], bounds_.max()[k]);
+    // Also false for NaN, wherever it stands: std::max and std::min keep their first argument then.
+    if (!(box.min()[k] <= box.max()[k] && low <= high)) return false;
+    cells.lo[static_cast<std::size_t>(k)] = cellOf(low, k);
+    cells.hi[static_cast<std::size_t>(k)] = cellOf(high, k);
   }
-  return result;
+  cells.lo[3] = cells.hi[3] = 0;
+  return true;
+}
+
+template <typename Accept, typename Visit>
+void MeshTree::traverse(const Levels& levels, const CellBox& box, Accept&& accept, Visit&& visit) const {
+  // Level and node in one word: stored in two and read in one, the pair would wait in the processor's store buffer.
+  std::uint64_t stack[kStackSize];
+  int top = 0;
+  const auto push = [&](std::size_t level, std::uint32_t node) {
+    stack[top++] = static_cast<std::uint64_t>(level) << 32 | node;
+  };
+  const std::size_t root = static_cast<std::size_t>(levels.size) - 1;
+  push(root, levels.begin[root]);
+  while (top > 0) {
+    const std::uint64_t entry = stack[--top];
+    const std::size_t level = entry >> 32;
+    const std::uint32_t at = static_cast<std::uint32_t>(entry);
+    const MeshTreeNode& node = nodes_[at];
+    const std::uint32_t first = (at - levels.begin[level]) * kWidth;  // of the triangles or nodes below
+    const auto forEach = [&](unsigned mask, std::uint32_t end, auto&& lane_visit) {
+      if (end - first < kWidth) mask &= (1u << (end - first)) - 1u;
+      for (; mask != 0; mask &= mask - 1) {
+        const int lane = __builtin_ctz(mask);
+        if (accept(node, lane)) lane_visit(static_cast<std::uint32_t>(lane));
+      }
+    };
+    if (level == 0) {
+      const MetLanes met = metLanes(node, box);
+      const std::uint32_t* triangles = &triangles_[levels.first_triangle + first];
+      forEach(met.meeting, levels.triangle_count,
+              [&](std::uint32_t lane) { visit(static_cast<int>(triangles[lane]), ((met.certain >> lane) & 1u) != 0); });
+    } else {
+      const std::uint32_t below = levels.begin[level - 1] + first;
+      forEach(metLanes(node, box).meeting, levels.count[level - 1], [&](std::uint32_t lane) {
+        __builtin_prefetch(&nodes_[below + lane]);
+        push(level - 1, below + lane);
+      });
+    }
+  }
 }
 
 template <typename Visit>
 void MeshTree::visit(const Eigen::AlignedBox3d& box, Visit&& visit) const {
-  const Eigen::AlignedBox3d inside = cut(box);
-  if (nodes_.empty() || !(inside.min().array() <= inside.max().array()).all()) return;
-  const FloatBox wide = outward(inside);
-  // What meets the box even after all rounding went the wrong way meets it for certain.
-  FloatBox narrow;
-  for (int k = 0; k < 3; ++k) {
-    narrow.lo[k] = above(inside.min()[k] - center_[k] + slack_);
-    narrow.hi[k] = below(inside.max()[k] - center_[k] - slack_);
-  }
-
-  std::uint32_t stack[kStackSize];
-  int top = 0;
-  stack[top++] = 0;
-  while (top > 0) {
-    const Node& node = nodes_[stack[--top]];
-    unsigned mask = meeting(node, wide);
-    if (mask == 0) continue;
-    const unsigned certain = meeting(node, narrow);
-    for (; mask != 0; mask &= mask - 1) {
-      const int lane = __builtin_ctz(mask);
-      const std::uint32_t child = node.child[lane];
-      if (child & kIsTriangle) {
-        visit(static_cast<int>(child & ~kIsTriangle), ((certain >> lane) & 1u) != 0);
-      } else {
-        stack[top++] = child;
-      }
-    }
-  }
+  CellBox cells;
+  if (trees_.empty() || !toCells(box, cells)) return;
+  for (const Levels& levels : trees_)
+    traverse(
+        levels, cells, [](const MeshTreeNode&, int) { return true; }, visit);
 }
 
 template <typename Visit>
 void MeshTree::visitAlong(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Visit&& visit) const {
-  Eigen::AlignedBox3d segment_box(a.cwiseMin(b), a.cwiseMax(b));
-  const Eigen::AlignedBox3d inside = cut(segment_box);
-  if (nodes_.empty() || !(inside.min().array() <= inside.max().array()).all()) return;
-  const FloatBox wide = outward(inside);
+  CellBox cells;
+  if (trees_.empty() || !toCells(Eigen::AlignedBox3d(a.cwiseMin(b), a.cwiseMax(b)), cells)) return;
 
-  // Separating axes of a segment and a box: the box's own (the boxes' overlap) and direction x axis, k-th of them
-  // below.
-  const Eigen::Vector3d direction = (b - a).normalized();
-  const Eigen::Vector3d middle = 0.5 * (a + b) - center_;
-  const double rounding = 1e-14 * (middle.cwiseAbs().sum() + bounds_.diagonal().sum());
-  const auto separated = [&](const Node& node, int lane) {
+  // In cells from here on. Separating axes of a segment and a box: the box's own (the boxes' overlap) and direction x
+  // axis, k-th of them below.
+  const Eigen::Vector3d direction = (b - a).normalized(), size = direction.cwiseAbs();
+  const Eigen::Vector3d middle = (0.5 * (a + b) - bounds_.min()) * cells_per_metre_;
+  const double rounding = 1e-14 * (middle.cwiseAbs().sum() + 4.0 * kLastCell);
+  const auto accept = [&](const MeshTreeNode& node, int lane) {
     Eigen::Vector3d offset, half;
-    for (int k = 0; k < 3; ++k) {
-      offset[k] = 0.5 * (static_cast<double>(node.bound[k][lane]) + node.bound[3 + k][lane]) - middle[k];
-      half[k] = 0.5 * (static_cast<double>(node.bound[3 + k][lane]) - node.bound[k][lane]);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double step = static_cast<double>(1 << node.origin[3]);
+      const double low = node.origin[k] + step * node.bound[k][lane];
+      // One cell more for the grid's own rounding.
+      const double high = node.origin[k] + step * (256 - node.bound[k][kWidth + lane]) + 1.0;
+      const auto axis = static_cast<Eigen::Index>(k);
+      offset[axis] = 0.5 * (low + high) - middle[axis];
+      half[axis] = 0.5 * (high - low) + 1.0;
     }
     const Eigen::Vector3d apart = offset.cross(direction).cwiseAbs();
-    const Eigen::Vector3d size = direction.cwiseAbs();
-    return apart.x() > half.y() * size.z() + half.z() * size.y() + rounding ||
-           apart.y() > half.z() * size.x() + half.x() * size.z() + rounding ||
-           apart.z() > half.x() * size.y() + half.y() * size.x() + rounding;
+    return apart.x() <= half.y() * size.z() + half.z() * size.y() + rounding &&
+           apart.y() <= half.z() * size.x() + half.x() * size.z() + rounding &&
+           apart.z() <= half.x() * size.y() + half.y() * size.x() + rounding;
   };
-
-  std::uint32_t stack[kStackSize];
-  int top = 0;
-  stack[top++] = 0;
-  while (top > 0) {
-    const Node& node = nodes_[stack[--top]];
-    for (unsigned mask = meeting(node, wide); mask != 0; mask &= mask - 1) {
-      const int lane = __builtin_ctz(mask);
-      if (separated(node, lane)) continue;
-      const std::uint32_t child = node.child[lane];
-      if (child & kIsTriangle) {
-        visit(static_cast<int>(child & ~kIsTriangle));
-      } else {
-        stack[top++] = child;
-      }
-    }
-  }
+  for (const Levels& levels : trees_) traverse(levels, cells, accept, [&](int triangle, bool) { visit(triangle); });
 }
 
 }  // namespace ellipsoid_vehicle_sim
