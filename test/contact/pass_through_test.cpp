@@ -160,5 +160,105 @@ INSTANTIATE_TEST_SUITE_P(Shapes, SingleSheet,
                                          Sheet{IntegratorKind::kRk4, {0.4, 0.4, 0.02}}),
                          sheetName);
 
+/// Something thin that stands at x = 0, its front to -x and its back to +x, `thickness` apart; `height` tall on the
+/// ground z = 0, or a wall without a ground that is far larger than the body.
+struct ThinThing {
+  double thickness;
+  std::optional<double> height;
+
+  std::shared_ptr<const Terrain> terrain() const {
+    TriangleSoup soup;
+    const double low = height ? 0.0 : -20.0, high = height.value_or(20.0), t = thickness;
+    addQuad(soup, {0, 20, low}, {0, -20, low}, {0, -20, high}, {0, 20, high});
+    addQuad(soup, {t, -20, low}, {t, 20, low}, {t, 20, high}, {t, -20, high});
+    if (height) {
+      addQuad(soup, {0, -20, high}, {t, -20, high}, {t, 20, high}, {0, 20, high});
+      addQuad(soup, {-50, -20, 0}, {0, -20, 0}, {0, 20, 0}, {-50, 20, 0});
+      addQuad(soup, {t, -20, 0}, {t + 50, -20, 0}, {t + 50, 20, 0}, {t, 20, 0});
+    }
+    return terrainOf(soup);
+  }
+};
+
+struct ThinOutcome {
+  int throws = 0, through = 0, reported = 0;
+};
+
+/// Throws a wheel along +x at a thin thing, from random phases of the step and attitudes about its axle and the
+/// vertical. It is through when its centre is behind the front and the thing still reaches higher than the body's
+/// lowest point by more than the body's half width: climbing over it is not going through it.
+ThinOutcome throwAtThin(const ThinThing& thing, IntegratorKind integrator, double mass, double part_of_step,
+                        double part_of_speed, unsigned seed, double fastest = 300.0) {
+  SimConfig config;
+  config.integrator = integrator;
+  config.gravity = thing.height ? 9.80665 : 0.0;
+  config.allow_unstable = true;
+  config.mu_static = config.mu_kinetic = 0.0;
+  const auto terrain = thing.terrain();
+  const double largest = make(solidBody(kWheel, mass), terrain, config).certificate().largestStep(integrator);
+  config.dt = std::min(0.05, part_of_step * largest);
+  config.allow_unstable = false;
+  Simulator body = make(solidBody(kWheel, mass), terrain, config);
+  const double speed = std::min(fastest, part_of_speed * body.model().stoppable_speed[0]);
+  RandomContactCases random(seed);
+  ThinOutcome outcome;
+  for (int i = 0; i < 16; ++i) {
+    const double heading = i < 4 ? 0.0 : random.uniform(-1.5, 1.5);
+    const Eigen::Matrix3d R = (Eigen::AngleAxisd(heading, Vector3d::UnitZ()) *
+                               Eigen::AngleAxisd(random.uniform(-3.0, 3.0), Vector3d::UnitY()))
+                                  .toRotationMatrix();
+    const Vector3d half = PosedEllipsoid(Vector3d::Zero(), R, kWheel).halfBox();
+    Pose start;
+    start.p = {-half.x() - random.uniform(0.0, 1.0) * speed * config.dt, random.uniform(-1, 1), half.z()};
+    start.q = Quaterniond(R);
+    if (!body.place(start, {speed, 0.0, 0.0}, Vector3d::Zero()).empty()) continue;
+    ++outcome.throws;
+    bool behind = false, through = false;
+    for (int step = 0; step < 200 && !behind && (step < 3 || body.rootVelocity_W().x() > 0.0); ++step) {
+      if (body.step() != StepStatus::kOk) break;
+      const Pose X = body.rootPose();
+      behind = X.p.x() > 0.0;
+      const double low = X.p.z() - PosedEllipsoid(X.p, X.q.toRotationMatrix(), kWheel).halfBox().z();
+      through = behind && low < thing.height.value_or(20.0) - kWheel.minCoeff();
+    }
+    outcome.through += through;
+    outcome.reported += body.events().passed_through > 0;
+  }
+  return outcome;
+}
+
+TEST(ThinThings, NothingPassesAWallOrKerbBelowTheStoppableSpeed) {
+  int throws = 0;
+  for (const IntegratorKind integrator : {IntegratorKind::kSemiImplicitEuler, IntegratorKind::kRk4})
+    for (const ThinThing& thing : {ThinThing{0.0, {}}, ThinThing{0.001, {}}, ThinThing{0.01, {}}, ThinThing{0.05, 0.6},
+                                   ThinThing{0.05, 0.25}, ThinThing{10.0, 0.25}})
+      for (const double mass : {1.0, 100.0})
+        for (const double part_of_step : {0.05, 0.4, 1.0})
+          for (const double part_of_speed : {0.2, 0.999}) {
+            const ThinOutcome outcome = throwAtThin(thing, integrator, mass, part_of_step, part_of_speed, 74);
+            throws += outcome.throws;
+            EXPECT_EQ(outcome.through, 0)
+                << thing.thickness << " m thick, " << thing.height.value_or(0.0) << " m tall, " << mass << " kg, "
+                << part_of_step << " of the largest step, " << part_of_speed << " of the stoppable speed";
+            EXPECT_EQ(outcome.reported, 0)
+                << thing.thickness << " m thick, " << thing.height.value_or(0.0) << " m tall";
+          }
+  EXPECT_GT(throws, 2000);
+}
+
+TEST(ThinThings, PassingAtUpTo300MetresASecondIsNeverSilent) {
+  int through = 0;
+  for (const ThinThing& thing : {ThinThing{0.0, {}}, ThinThing{0.001, {}}, ThinThing{0.05, 0.6}})
+    for (const double part_of_step : {0.1, 1.0})
+      for (const double speed : {60.0, 300.0}) {
+        const ThinOutcome outcome =
+            throwAtThin(thing, IntegratorKind::kSemiImplicitEuler, 2000.0, part_of_step, 1e9, 75, speed);
+        EXPECT_GE(outcome.reported, outcome.through)
+            << thing.thickness << " m thick, " << part_of_step << " of the largest step, " << speed << " m/s";
+        through += outcome.through;
+      }
+  EXPECT_GT(through, 50);
+}
+
 }  // namespace
 }  // namespace ellipsoid_vehicle_sim::test
