@@ -46,22 +46,7 @@ add_test(NAME consumer COMMAND ${CMAKE_COMMAND}
   -P ${PROJECT_SOURCE_DIR}/test/consumer/build_and_run.cmake)
 set_tests_properties(consumer PROPERTIES TIMEOUT 300)
 
-# Benchmarks are built, so that they keep compiling; nothing depends on what they measure.
-find_package(benchmark QUIET)
-if(BUILD_BENCHMARKS AND benchmark_FOUND)
-  file(GLOB benchmark_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/test/benchmark/*.cpp)
-  foreach(source IN LISTS benchmark_sources)
-    get_filename_component(name ${source} NAME_WE)
-    add_executable(${name} ${source})
-    target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/test)
-    target_compile_definitions(${name} PRIVATE
-      TEST_DATA_DIR="${PROJECT_SOURCE_DIR}/test/data" PACKAGE_DIR="${PROJECT_SOURCE_DIR}"
-      SHARE_DIR="${devel_prefix}/${package_share}")
-    target_link_libraries(${name} PRIVATE ${PROJECT_NAME}_description benchmark::benchmark
-      ${PROJECT_NAME}_warnings)
-    set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/benchmark)
-  endforeach()
-endif()
+include(cmake/benchmarks.cmake)
 
 if(with_ros)
   include(cmake/ros_tests.cmake)

@@ -14,14 +14,15 @@ fail() { # exit code, text
   exit "$1"
 }
 
-# Installs what is missing of scripts/packages.txt; asks the package lists only then.
+# Installs what is missing of scripts/packages.txt, or of another list there; asks the package lists only then.
 install_missing_packages() {
+  local list=${1:-packages.txt}
   if [ -e /opt/ros/noetic/setup.bash ]; then
     return  # Ubuntu: rosdep knows the names there (README)
   fi
-  command -v dpkg-query > /dev/null || fail 2 "this is no Debian: install by hand what scripts/packages.txt lists"
+  command -v dpkg-query > /dev/null || fail 2 "this is no Debian: install by hand what scripts/$list lists"
   local wanted missing sudo=()
-  mapfile -t wanted < <(sed -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "$checkout/scripts/packages.txt")
+  mapfile -t wanted < <(sed -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "$checkout/scripts/$list")
   # A package that dpkg has never heard of gives an error line and no output: it is missing too.
   mapfile -t missing < <(comm -23 <(printf '%s\n' "${wanted[@]}" | sort) \
     <(dpkg-query -W -f='${db:Status-Abbrev} ${Package}\n' "${wanted[@]}" 2> /dev/null | sed -n 's/^ii *//p' | sort))

@@ -1,24 +1,16 @@
-// Whole steps of the whole simulator, one core, 1 kHz.
-//   drop:  one 1000 kg body of five ellipsoids (chassis 2.0 x 0.8 x 0.5 m, wheels 0.35 x 0.12 x 0.35 m at (+-1.3,
-//   +-0.75, -0.4))
-//          from 1 m onto 800 flat triangles, 5 s.
-//   drive: a 1200 kg car, the same wheels, suspension 25 kN/m and 2 kN s/m, steering, wheel spin, friction 1, at 15 m/s
-//   over
-//          316 x 316 cells of 1 m (199,712 triangles), a sum of sines to 0.5 m, 20 s.
-// Loading and set-down are not measured; the run-up to 15 m/s of `drive` neither. Counter us_per_step, in CPU time.
+// Whole steps of the whole simulator, one core, 1 kHz: W1 and W2 of workloads.h. Loading and set-down are not measured,
+// nor the run-up of W2. Counter us_per_step, in CPU time.
 #include <benchmark/benchmark.h>
 
-#include "support/meshes.h"
 #include "support/motions.h"
+#include "workloads.h"
 
 namespace ellipsoid_vehicle_sim::test {
 namespace {
 
-constexpr double kTick = 1e-3;
-
 SimConfig configOf(IntegratorKind integrator, ContactsPerEllipsoid contacts) {
   SimConfig config;
-  config.dt = kTick;
+  config.dt = ride::kTick;
   config.integrator = integrator;
   config.contacts_per_ellipsoid = contacts;
   config.mu_static = config.mu_kinetic = 1.0;
@@ -26,12 +18,11 @@ SimConfig configOf(IntegratorKind integrator, ContactsPerEllipsoid contacts) {
 }
 
 VehicleDescription fiveEllipsoids() {
-  const Eigen::Vector3d chassis(2.0, 0.8, 0.5), wheel(0.35, 0.12, 0.35);
-  VehicleDescription body = solidBody(chassis, 1000.0);
-  for (const double x : {-1.3, 1.3})
-    for (const double y : {-0.75, 0.75})
-      body.links[0].ellipsoids.push_back(
-          ellipsoid("wheel" + std::to_string(body.links[0].ellipsoids.size()), Eigen::Vector3d(x, y, -0.4), wheel));
+  VehicleDescription body = solidBody(drop::chassis(), drop::kMass);
+  for (const Eigen::Vector3d& p : drop::wheels()) {
+    const std::string name = "wheel" + std::to_string(body.links[0].ellipsoids.size());
+    body.links[0].ellipsoids.push_back(ellipsoid(name, p, benchmarkWheel()));
+  }
   return body;
 }
 
@@ -41,66 +32,81 @@ void reportPerStep(benchmark::State& state, std::int64_t steps) {
                                                      benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
-void drop(benchmark::State& state, IntegratorKind integrator, ContactsPerEllipsoid contacts) {
-  constexpr std::int64_t kSteps = 5000;
-  const auto floor = terrainOf(gridSoup(20, 1.0, [](double, double) { return 0.0; }, {-10.0, -10.0, 0.0}));
+void dropBody(benchmark::State& state, IntegratorKind integrator, ContactsPerEllipsoid contacts) {
+  const auto steps = std::llround(drop::kSeconds / drop::kTick);
+  const auto floor = terrainOf(gridSoup(drop::kCells, 1.0, [](double, double) { return 0.0; }, {-10.0, -10.0, 0.0}));
   Simulator simulator = make(fiveEllipsoids(), floor, configOf(integrator, contacts));
   // Wheels and chassis clear the ground by one metre.
-  placeAt(simulator, {0.13, 0.07, 1.0 + 0.75}, Eigen::Vector3d::Zero());
+  placeAt(simulator, {0.13, 0.07, drop::kStartHeight}, Eigen::Vector3d::Zero());
   for (auto _ : state) {
     simulator.reset();
-    for (std::int64_t i = 0; i < kSteps; ++i)
+    for (std::int64_t i = 0; i < steps; ++i)
       if (simulator.step() != StepStatus::kOk) return state.SkipWithError("diverged");
   }
   const double z = simulator.rootPose().p.z();
   if (z < 0.6 || z > 0.8) return state.SkipWithError("the body does not lie on its wheels");
-  reportPerStep(state, kSteps);
+  reportPerStep(state, steps);
 }
 
-double sumOfSines(double x, double y) {
-  return 0.2 * std::sin(0.21 * x) + 0.15 * std::sin(0.33 * y + 1.0) + 0.1 * std::sin(0.5 * x + 0.3 * y) +
-         0.05 * std::sin(0.8 * x - 0.6 * y);
-}
-
-void driveOverHills(benchmark::State& state, IntegratorKind integrator, ContactsPerEllipsoid contacts) {
-  constexpr std::int64_t kSteps = 20000;
-  const auto hills = terrainOf(gridSoup(316, 1.0, sumOfSines, {-158.0, -158.0, 0.0}));
-  Simulator simulator = make(car(), hills, configOf(integrator, contacts));
-  // A circle of 60 m radius stays on the map, turns the steering and meets every direction.
-  const DriveCommand command = twist(15.0, 15.0 / 60.0);
-  standAt(simulator, 0.0, -60.0, 0.0);
-  double speed = 0.0;
+/// A drive on a circle: it turns the steering and meets every direction.
+void driveOverHills(benchmark::State& state, int cells, IntegratorKind integrator, ContactsPerEllipsoid contacts,
+                    double radius, double speed, double seconds) {
+  const auto steps = std::llround(seconds / ride::kTick);
+  Simulator simulator = make(car(), terrainOf(hills(cells)), configOf(integrator, contacts));
+  const DriveCommand command = twist(speed, speed / radius);
+  standAt(simulator, 0.0, -radius, 0.0);
+  double sum = 0.0;
   std::int64_t samples = 0;
   for (auto _ : state) {
     state.PauseTiming();
     simulator.reset();
-    drive(simulator, command, 6.0);
+    drive(simulator, command, ride::kRunUp);
     state.ResumeTiming();
-    for (std::int64_t i = 0; i < kSteps; ++i) {
+    for (std::int64_t i = 0; i < steps; ++i) {
       simulator.command(command);
       if (simulator.step() != StepStatus::kOk) return state.SkipWithError("diverged");
-      speed += simulator.rootVelocity_W().norm();
+      sum += simulator.rootVelocity_W().norm();
       ++samples;
     }
   }
-  state.counters["mean_speed"] = speed / static_cast<double>(samples);
-  reportPerStep(state, kSteps);
+  const double mean = sum / static_cast<double>(samples);
+  state.counters["mean_speed"] = mean;
+  if (std::abs(mean - speed) > 0.1 * speed) return state.SkipWithError("does not keep its speed");
+  reportPerStep(state, steps);
 }
 
-#define VARIANTS(function)                                                                                             \
-  BENCHMARK_CAPTURE(function, semi_implicit_one, IntegratorKind::kSemiImplicitEuler, ContactsPerEllipsoid::kOne)       \
-      ->Unit(benchmark::kMillisecond);                                                                                 \
-  BENCHMARK_CAPTURE(function, semi_implicit_valley, IntegratorKind::kSemiImplicitEuler, ContactsPerEllipsoid::kValley) \
-      ->Unit(benchmark::kMillisecond);                                                                                 \
-  BENCHMARK_CAPTURE(function, rk4_one, IntegratorKind::kRk4, ContactsPerEllipsoid::kOne)                               \
-      ->Unit(benchmark::kMillisecond);                                                                                 \
-  BENCHMARK_CAPTURE(function, rk4_valley, IntegratorKind::kRk4, ContactsPerEllipsoid::kValley)                         \
-      ->Unit(benchmark::kMillisecond)
-
-VARIANTS(drop);
-VARIANTS(driveOverHills);
+void registerAll() {
+  const std::pair<const char*, IntegratorKind> integrators[] = {{"semi_implicit", IntegratorKind::kSemiImplicitEuler},
+                                                                {"rk4", IntegratorKind::kRk4}};
+  const auto add = [](const std::string& name, auto&& function) {
+    benchmark::RegisterBenchmark(name.c_str(), function)->Unit(benchmark::kMillisecond);
+  };
+  for (const auto& [integrator_name, integrator_kind] : integrators) {
+    const std::string name = integrator_name;
+    const IntegratorKind integrator = integrator_kind;
+    for (const auto contacts : {ContactsPerEllipsoid::kValley, ContactsPerEllipsoid::kOne}) {
+      const std::string who = contacts == ContactsPerEllipsoid::kValley ? "/ours" : "/ours, one contact an ellipsoid";
+      add("W1_" + name + who, [=](benchmark::State& s) { dropBody(s, integrator, contacts); });
+      add("W2_" + name + who, [=](benchmark::State& s) {
+        driveOverHills(s, kHillCells, integrator, contacts, ride::kCircle, ride::kSpeed, ride::kSeconds);
+      });
+    }
+  }
+  // A circle that fits the smallest world: the same steps to the last bit in all of them.
+  const std::pair<const char*, int> worlds[] = {{"2k", 32}, {"20k", 100}, {"200k", kHillCells}, {"2M", kManyHillCells}};
+  for (const auto& [size, cell_count] : worlds) {
+    const int cells = cell_count;
+    add(std::string("W2_world_") + size + "/ours", [=](benchmark::State& s) {
+      driveOverHills(s, cells, IntegratorKind::kSemiImplicitEuler, ContactsPerEllipsoid::kValley, 12.0, 6.0, 10.0);
+    });
+  }
+}
 
 }  // namespace
 }  // namespace ellipsoid_vehicle_sim::test
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+  ellipsoid_vehicle_sim::test::registerAll();
+  benchmark::Initialize(&argc, argv);
+  benchmark::RunSpecifiedBenchmarks();
+}
