@@ -105,16 +105,21 @@ Matrix6d spatialMatrix(const RigidInertia& body) {
   return m;
 }
 
-Matrix6d matrixOf(const SpatialInertia& inertia) {
-  Matrix6d m;
-  m << inertia.J(), inertia.H(), inertia.H().transpose(), inertia.M();
-  return m;
-}
-
 Vector6d vectorOf(const Spatial& s) {
   Vector6d v;
-  v << s.angular, s.linear;
+  v << s.angular.toEigen(), s.linear.toEigen();
   return v;
+}
+
+Spatial spatialOf(const Vector6d& v) {
+  return {Vec3::from(Vector3d(v.head<3>())), Vec3::from(Vector3d(v.tail<3>()))};
+}
+
+/// Column by column, as it acts.
+Matrix6d matrixOf(const SpatialInertia& inertia) {
+  Matrix6d m;
+  for (int i = 0; i < 6; ++i) m.col(i) = vectorOf(inertia * spatialOf(Vector6d::Unit(i)));
+  return m;
 }
 
 TEST(SpatialInertia, PackedFormEqualsTheSixBySixMatrix) {
@@ -122,15 +127,19 @@ TEST(SpatialInertia, PackedFormEqualsTheSixBySixMatrix) {
   for (int trial = 0; trial < 20; ++trial) {
     const RigidInertia body = inertiaOf(randomPoints(random, 5)), other = inertiaOf(randomPoints(random, 5));
     SpatialInertia packed, packed_other;
-    packed.setRigid(body.mass, body.p_Acm, body.I_cm_A);
-    packed_other.setRigid(other.mass, other.p_Acm, other.I_cm_A);
+    packed.setRigid(body.mass, Vec3::from(body.p_Acm), Symmetric3::from(body.I_cm_A));
+    packed_other.setRigid(other.mass, Vec3::from(other.p_Acm), Symmetric3::from(other.I_cm_A));
     const Matrix6d full = spatialMatrix(body), full_other = spatialMatrix(other);
     const double tolerance = 1e-13 * full.norm();
     EXPECT_LT((matrixOf(packed) - full).norm(), tolerance);
 
-    const Spatial a{random.vector(1.0), random.vector(1.0)};
+    const Spatial a{Vec3::from(random.vector(1.0)), Vec3::from(random.vector(1.0))};
     EXPECT_LT((vectorOf(packed * a) - full * vectorOf(a)).norm(), tolerance);
-    EXPECT_LT((vectorOf(packed.timesLinear(a.linear)) - full.rightCols<3>() * a.linear).norm(), tolerance);
+    EXPECT_LT((vectorOf(packed.timesLinear(a.linear)) - full.rightCols<3>() * a.linear.toEigen()).norm(), tolerance);
+
+    // The acceleration under a force is the inverse's product with it.
+    const Spatial answer = packed.accelerationUnder(a);
+    EXPECT_LT((vectorOf(packed * answer) - vectorOf(a)).norm(), 1e-9);
 
     // What is left of `other` when the motion a is free in it.
     const Spatial U = packed_other * a;
