@@ -24,6 +24,9 @@ class PlaceVehicle(unittest.TestCase):
         cls.hand = rospy.Publisher(TOPIC + "feedback", InteractiveMarkerFeedback, queue_size=10)
         wait_until(lambda: cls.odom and cls.markers and cls.markers[-1].markers and cls.hand.get_num_connections(),
                    "the marker")
+        # For a second after it has made a marker the server takes no feedback of a client that is new to it.
+        first = cls.odom[-1].header.stamp
+        wait_until(lambda: (cls.odom[-1].header.stamp - first).to_sec() > 1.5, "1.5 s to pass")
 
     def drag_to(self, x, y, yaw):
         for event in (InteractiveMarkerFeedback.MOUSE_DOWN, InteractiveMarkerFeedback.POSE_UPDATE,
