@@ -11,6 +11,9 @@ namespace {
 // Below this a speed divides no yaw rate any more: the steering stays where it is [m/s].
 constexpr double kSteerableSpeed = 1e-3;
 
+// A speed with bounded jerk ends in its target but for rounding; this close it is there [m/s].
+constexpr double kReachedSpeed = 1e-9;
+
 double approach(double from, double to, double step) { return from + std::clamp(to - from, -step, step); }
 
 // Moves d.speed towards `wanted` within the limits of the vehicle and of the command.
@@ -25,6 +28,10 @@ void rampSpeed(DriveState& d, double wanted, const SimConfig& config) {
     const double change = profileChange(wanted - d.speed, d.acceleration, limit, d.command.jerk, config.dt);
     d.speed += config.dt * (d.acceleration + 0.5 * config.dt * change);
     d.acceleration += config.dt * change;
+    if (std::abs(wanted - d.speed) < kReachedSpeed && std::abs(d.acceleration) < kReachedSpeed / config.dt) {
+      d.speed = wanted;
+      d.acceleration = 0.0;
+    }
     return;
   }
   d.speed = approach(d.speed, wanted, limit * config.dt);

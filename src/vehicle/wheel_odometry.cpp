@@ -28,7 +28,9 @@ void WheelOdometry::advance(double speed, double yaw_rate, double dt) {
   Q(0, 1) = Q(1, 0) = along * c * s;
   Q(1, 1) = along * s * s;
   Q(2, 2) = noise_.yaw * noise_.yaw * std::abs(ds) + noise_.turn * noise_.turn * std::abs(turn);
-  P_ = F * P_ * F.transpose() + Q;
+  // Symmetric to the last bit, so that the upper triangle is the whole of it.
+  const Matrix3d P = F * P_ * F.transpose() + Q;
+  P_ = 0.5 * (P + P.transpose());
 }
 
 Pose WheelOdometry::pose() const {
