@@ -64,7 +64,7 @@ class SceneReader : private YamlReader {
       if (key == "joint_roles") readTexts(value, key, scene_.joint_roles);
       if (key == "start") readStart(value);
       if (key == "commands") readCommands(value);
-      if (key == "duration") scene_.duration = number(value, key, kDuration, false).value_or(1.0);
+      if (key == "duration") scene_.duration = number(value, key, kDuration, false).value_or(0.0);
       if (key == "length") scene_.length = number(value, key, kLength, false);
       if (key == "headings") readHeadings(value);
       if (key == "measure") readMeasures(value);

@@ -79,7 +79,7 @@ class SceneFile : public ::testing::Test {
 const char* kFall = R"(
 vehicle: rugby_ball
 world: flat
-parameters: {gravity: 10, dt: 0.01}
+parameters: {gravity: 10, dt: 0.002}
 start: {position: [1, 2, 100], velocity: [3, 0, 0]}
 duration: 2
 )";
@@ -113,7 +113,7 @@ colour: red
   for (const char* expected :
        {"scene.yaml:1: 'no_such_car' is no known vehicle; known vehicles: ", "scene.yaml:4: unknown key 'gravty'",
         "scene.yaml:5 dt: ", "scene.yaml:6: 'set_down' together with a position or velocity",
-        "scene.yaml:6: a start that is not set down needs a 'position'", "scene.yaml:9: 'speed' is nan",
+        "scene.yaml:6: a start that is not set down needs a 'position'", "scene.yaml:9: 'speed' is no number: nan",
         "scene.yaml:9: 'at' is 1, not after the command before it at 1", "scene.yaml:10: a command without 'at'",
         "scene.yaml:10: 'yaw_rate' together with 'steering_angle'",
         "scene.yaml:11: 'duration' is -1; allowed is between 1e-6 and 1e6", "scene.yaml:12: unknown measure 'energie'",
@@ -165,19 +165,19 @@ duration: 1
   EXPECT_EQ(kindAt(100 * 1e-3), DriveCommand::Kind::kCoast) << "100 times 0.001 is not 0.1 to the last bit";
 }
 
-// Semi-implicit Euler in a fall: z_n = z_0 - g dt^2 n (n + 1) / 2; tolerance: rounding of 200 sums of about 100.
+// Semi-implicit Euler in a fall: z_n = z_0 - g dt^2 n (n + 1) / 2; tolerance: rounding of 1000 sums of about 100.
 TEST_F(SceneFile, HeadlessWritesTheFallOfABall) {
   const std::string scene = write(std::string(kFall) + "description: a fall\n");
   ASSERT_EQ(headless("'" + scene + "' --out '" + folder_.folder("") + "/run' --set integrator=semi_implicit_euler"), 0)
       << out_;
   const std::vector<std::string> lines = linesOf(folder_.folder("") + "/run/scene.csv");
-  ASSERT_EQ(lines.size(), 1u + 1u + 200u) << "header, start, and one for every tick";
+  ASSERT_EQ(lines.size(), 1u + 1u + 1000u) << "header, start, and one for every tick";
   const std::string& header = lines.front();
   const std::string& last = lines.back();
-  EXPECT_NEAR(cell(header, last, "z"), 100.0 - 10.0 * 1e-4 * 200.0 * 201.0 / 2.0, 1e-11);
+  EXPECT_NEAR(cell(header, last, "z"), 100.0 - 10.0 * 4e-6 * 1000.0 * 1001.0 / 2.0, 1e-11);
   EXPECT_NEAR(cell(header, last, "x"), 1.0 + 3.0 * 2.0, 1e-12);
   EXPECT_NEAR(cell(header, last, "vz"), -20.0, 1e-12);
-  EXPECT_EQ(cell(header, last, "step"), 200.0);
+  EXPECT_EQ(cell(header, last, "step"), 1000.0);
   EXPECT_NEAR(cell(header, last, "time"), 2.0, 1e-15);
   EXPECT_EQ(cell(header, last, "contacts"), 0.0);
   const double energy = 5.0 * 10.0 * cell(header, last, "z") + 0.5 * 5.0 * (9.0 + 400.0);
@@ -201,7 +201,7 @@ TEST_F(SceneFile, ManifestNamesParametersAndHashesOfEveryFile) {
   const std::string scene = write(kFall);
   ASSERT_EQ(headless("'" + scene + "' --quiet --out '" + folder_.folder("") + "'"), 0) << out_;
   const std::string manifest = textOf(folder_.folder("") + "/scene.manifest.yaml");
-  for (const char* expected : {"integrator: rk4", "dt: 0.01", "gravity: 10", "result: \"finished\"", "seed: ~",
+  for (const char* expected : {"integrator: rk4", "dt: 0.002", "gravity: 10", "result: \"finished\"", "seed: ~",
                                "commit: \"", "rugby_ball.urdf", "flat.yaml", "flat.stl", "unit_sphere.stl"})
     EXPECT_NE(manifest.find(expected), std::string::npos) << expected << "\nin\n" << manifest;
 }
