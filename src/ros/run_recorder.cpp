@@ -8,6 +8,12 @@ namespace ellipsoid_vehicle_sim {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+void append(const Problems& more, Problems& problems) { problems.insert(problems.end(), more.begin(), more.end()); }
+
+}  // namespace
+
 RunRecorder::RunRecorder(std::string folder, RunTable table, RunManifest manifest)
     : folder_(std::move(folder)), table_(std::move(table)), manifest_(std::move(manifest)) {}
 
