@@ -164,10 +164,11 @@ TEST(WorldConsistency, FloorPushesAsOnePlaneHoweverItIsCut) {
       const PosedEllipsoid ellipsoid(R * (foot + Vector3d(0.0, 0.0, half - depth)), attitude, radii);
       for (const auto contacts : {ContactsPerEllipsoid::kOne, ContactsPerEllipsoid::kValley}) {
         const Vector3d push = pushOf(contactsOf(ellipsoid, *terrain, contacts));
-        // Corners 7 m off are rounded to 9e-16 m, and the normal of a sliver of 1e-6 m turns by as much in parts of it:
-        // 1e-10 rad and more, seen over half a metre.
-        ASSERT_NEAR(push.dot(R.col(2)), depth, 1e-10) << "floor " << floor << ", pose " << i;
-        ASSERT_LE((push - depth * R.col(2)).norm(), 1e-8 * depth + 1e-10) << "floor " << floor << ", pose " << i;
+        // Level floors are exact. Turned, corners 7 m off are rounded to 9e-16 m, which turns the plane of a sliver of
+        // 1e-7 m by some 1e-8 rad, seen over half a metre.
+        const double tolerance = floor % 2 == 0 ? 1e-12 : 3e-8;
+        ASSERT_NEAR(push.dot(R.col(2)), depth, tolerance) << "floor " << floor << ", pose " << i;
+        ASSERT_LE((push - depth * R.col(2)).norm(), tolerance) << "floor " << floor << ", pose " << i;
       }
     }
   }
