@@ -13,14 +13,17 @@ namespace {
 constexpr double kSameDepth = 1e-9;
 // Rounding allowance when a depth is compared with its explanation [m].
 constexpr double kExplained = 1e-12;
-// Depths this close, in parts of themselves, are worked out before one is called the deeper [-]; above the solver's rounding.
+// Depths this close, in parts of themselves, are worked out before one is called the deeper [-]; above the solver's
+// rounding.
 constexpr double kTieMargin = 1e-12;
-// Normals of one contact seen from two triangles differ by rounding, magnified where the depth hardly depends on them [-].
+// Normals of one contact seen from two triangles differ by rounding, magnified where the depth hardly depends on them
+// [-].
 constexpr double kSameNormal = 1e-6;
 // h(u) changes by at most this times r_max per radian of turn when the axes' ratio is unbounded; [ContactDefinition] 6.
 constexpr double kTurnReach = 1.12;
 
-// What a cheap plane test may be off by before a triangle is left out on its word [m]; the exact test decides on the rest.
+// What a cheap plane test may be off by before a triangle is left out on its word [m]; the exact test decides on the
+// rest.
 constexpr double kPruneSlack = 1e-9;
 
 TriangleContact meet(const PosedEllipsoid& ellipsoid, const Triangle& triangle, ContactRule rule, double floor_depth) {
@@ -39,8 +42,10 @@ bool centreInFront(const PosedEllipsoid& ellipsoid, const Triangle& triangle) {
   return triangle.nhat_W.dot(ellipsoid.p_WE - triangle.v[0]) > 0.0;
 }
 
-// W(u): how far the supporting plane along the fixed u has moved in since the remembered pose; half_width is h0(u) there.
-double advance(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const Eigen::Vector3d& u, double half_width) {
+// W(u): how far the supporting plane along the fixed u has moved in since the remembered pose; half_width is h0(u)
+// there.
+double advance(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const Eigen::Vector3d& u,
+               double half_width) {
   return u.dot(memory.posed.p_WE - ellipsoid.p_WE) - half_width + ellipsoid.halfWidth(u);
 }
 
@@ -52,7 +57,10 @@ double angleTurned(const Eigen::Matrix3d& R0, const Eigen::Matrix3d& R1) {
 
 FilterEllipsoid filterOf(const PosedEllipsoid& ellipsoid) {
   const Vec3 r = Vec3::from(ellipsoid.radii);
-  return {Vec3::from(ellipsoid.p_WE), columns(ellipsoid.R_WE), r, {1.0 / r.x, 1.0 / r.y, 1.0 / r.z},
+  return {Vec3::from(ellipsoid.p_WE),
+          columns(ellipsoid.R_WE),
+          r,
+          {1.0 / r.x, 1.0 / r.y, 1.0 / r.z},
           Vec3::from(ellipsoid.halfBox())};
 }
 
@@ -102,8 +110,9 @@ class Evaluation {
     TriangleContact at_pose;  ///< valley: with the ellipsoid where it stands, not pushed.
   };
 
-  // The deepest that may push. Two triangles make the same contact at the edge they share, and rounding decides which of them
-  // is deeper: one that is turned away for coming into front just now is taken after all when the next makes that contact too.
+  // The deepest that may push. Two triangles make the same contact at the edge they share, and rounding decides which
+  // of them is deeper: one that is turned away for coming into front just now is taken after all when the next makes
+  // that contact too.
   template <typename Search>
   Found deepestAdmitted(const Search& search) {
     Found turned_away;
@@ -123,7 +132,8 @@ class Evaluation {
     for (NearTriangle& near : near_) near.cleared = false;
   }
 
-  // Marks what a push clears of the ellipsoid as `filter` has it; tells whether any candidate rises above the push's plane.
+  // Marks what a push clears of the ellipsoid as `filter` has it; tells whether any candidate rises above the push's
+  // plane.
   bool clear(const FilterEllipsoid& filter, const KnownPush& push) {
     constexpr int kWidth = CandidateBlock::kWidth;
     bool rises = false;
@@ -142,15 +152,17 @@ class Evaluation {
   }
 
   KnownPush knownPush(const TriangleContact& contact, double depth) const {
-    return {Vec3::from(contact.nhat_W), Vec3::from(contact.trianglePoint()), ellipsoid_.halfWidth(contact.nhat_W), depth};
+    return {Vec3::from(contact.nhat_W), Vec3::from(contact.trianglePoint()), ellipsoid_.halfWidth(contact.nhat_W),
+            depth};
   }
 
   static bool isSame(const TriangleContact& a, const TriangleContact& b) {
-    return std::abs(a.depth - b.depth) <= kExplained && (a.nhat_W - b.nhat_W).squaredNorm() <= kSameNormal * kSameNormal;
+    return std::abs(a.depth - b.depth) <= kExplained &&
+           (a.nhat_W - b.nhat_W).squaredNorm() <= kSameNormal * kSameNormal;
   }
 
-  void take(EllipsoidContacts& result, int triangle, const Eigen::Vector3d& u, const Eigen::Vector3d& lowest, double depth,
-            double felt) const {
+  void take(EllipsoidContacts& result, int triangle, const Eigen::Vector3d& u, const Eigen::Vector3d& lowest,
+            double depth, double felt) const {
     Contact& contact = result.contact[result.count++];
     contact.triangle = triangle;
     contact.nhat_W = u;
@@ -197,7 +209,8 @@ class Evaluation {
     return false;
   }
 
-  // May this triangle push? It must have been known, or have had the centre in front and been no deeper than the others.
+  // May this triangle push? It must have been known, or have had the centre in front and been no deeper than the
+  // others.
   bool admitted(const Candidate& candidate) const {
     const Triangle& triangle = candidate.triangle;
     if (!options_.memory || memory_.fresh || carried(candidate.index)) return true;
@@ -305,8 +318,8 @@ class Evaluation {
   const std::vector<Candidate>& candidates_;
   const std::vector<CandidateBlock>& blocks_;
   std::vector<NearTriangle>& near_;
-  bool rises_above_ = false;      ///< some candidate rises above the contact that was known to deepest() first,
-  int rises_above_winner_ = -1;   ///< which was that with this one of near_.
+  bool rises_above_ = false;     ///< some candidate rises above the contact that was known to deepest() first,
+  int rises_above_winner_ = -1;  ///< which was that with this one of near_.
 };
 
 }  // namespace
@@ -329,19 +342,42 @@ Eigen::Vector3d assignShares(EllipsoidContacts& contacts) {
   return push.p;
 }
 
+namespace {
+
+// Up to this depth every contact's triangle is touched by the ellipsoid itself: a ball of this diameter fits inside it
+// at every point of its surface, so T = E + depth u lies in it. Deeper, the point of a plane above the lowest point of
+// a thin body may lie in a triangle beside it.
+double touchedDepth(const Eigen::Vector3d& radii) {
+  const double thinnest = radii.minCoeff();
+  return 2.0 * thinnest * thinnest / radii.maxCoeff();
+}
+
+}  // namespace
+
 EllipsoidContacts findContacts(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const Terrain& terrain,
                                const ContactOptions& options, ContactFinder& finder) {
-  const FilterEllipsoid filter = filterOf(ellipsoid);
-  const Eigen::Vector3d half = filter.half_box.toEigen();
-  // The motion since the last accepted pose is at most one step's; twenty of them ahead is a good guess to be queried once.
+  FilterEllipsoid filter = filterOf(ellipsoid);
+  // The motion since the last accepted pose is at most one step's; twenty of them ahead is a good guess to be queried
+  // once.
   constexpr double kStepsAhead = 20.0;
   const Eigen::Vector3d travel =
       memory.fresh ? Eigen::Vector3d::Zero().eval() : (kStepsAhead * (ellipsoid.p_WE - memory.posed.p_WE)).eval();
-  const std::vector<Candidate>& candidates =
-      finder.cache.around(ellipsoid.p_WE - half, ellipsoid.p_WE + half, travel, terrain, options.cache);
   finder.behind_any = false;
-  if (candidates.empty()) return {};
-  EllipsoidContacts contacts = Evaluation(ellipsoid, filter, memory, options, candidates, finder).run();
+  const auto search = [&]() -> EllipsoidContacts {
+    const Eigen::Vector3d half = filter.half_box.toEigen();
+    const std::vector<Candidate>& candidates =
+        finder.cache.around(ellipsoid.p_WE - half, ellipsoid.p_WE + half, travel, terrain, options.cache);
+    if (candidates.empty()) return {};
+    return Evaluation(ellipsoid, filter, memory, options, candidates, finder).run();
+  };
+  EllipsoidContacts contacts = search();
+  if (contacts.count > 0 && contacts.contact[0].depth > touchedDepth(ellipsoid.radii) &&
+      options.rule == ContactRule::kMinimumTranslation) {
+    // T is never further from the centre than the lowest point is.
+    const double reach = ellipsoid.radii.maxCoeff();
+    filter.half_box = {reach, reach, reach};
+    contacts = search();
+  }
   assignShares(contacts);
   return contacts;
 }
@@ -363,8 +399,8 @@ EllipsoidContacts rememberedContacts(const ContactMemory& memory, const ContactO
   return result;
 }
 
-ContactMemory rememberContacts(const PosedEllipsoid& ellipsoid, const EllipsoidContacts& contacts, const ContactMemory& old,
-                               const ContactOptions& options, double dt) {
+ContactMemory rememberContacts(const PosedEllipsoid& ellipsoid, const EllipsoidContacts& contacts,
+                               const ContactMemory& old, const ContactOptions& options, double dt) {
   ContactMemory memory;
   memory.fresh = false;
   memory.posed = ellipsoid;

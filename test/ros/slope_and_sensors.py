@@ -55,6 +55,8 @@ class SlopeAndSensors(unittest.TestCase):
         with open(world, "w") as file:
             file.write(plane())
         cls.node = NodeProcess("slope", vehicle_file="car", world=world, odometry="encoders", publish_world_tf=True,
+                               # What the rear axle can carry uphill without spinning its wheels.
+                               max_acceleration=1.0,
                                odometry_position_noise=DISTANCE_NOISE, imu_acceleration_noise=IMU_NOISE, noise_seed=7)
         cls.sim = Stepper("/slope/simulator")
         cls.odom, cls.truth = Collector("/slope/odom", Odometry), Collector("/slope/ground_truth", Odometry)
@@ -100,8 +102,9 @@ class SlopeAndSensors(unittest.TestCase):
         odom, truth = self.odom.until(stamp)[-1], self.truth.until(stamp)[-1]
         self.assertEqual(truth.header.frame_id, "map")
         way = math.hypot(truth.pose.pose.position.x, truth.pose.pose.position.z - self.truth.messages[0].pose.pose.position.z)
-        # Uphill the wheels slip by about a hundredth.
-        self.assertAlmostEqual(odom.pose.pose.position.x, way, delta=0.03 * way)
+        # Uphill the driven wheels slip: by thrust over the brush's stiffness, a few hundredths.
+        self.assertGreater(odom.pose.pose.position.x, way)
+        self.assertLess(odom.pose.pose.position.x, 1.1 * way)
         self.assertEqual(odom.pose.pose.position.z, 0.0)
         self.assertAlmostEqual(odom.twist.twist.linear.x, 2.0, delta=0.05)
 
@@ -111,7 +114,7 @@ class SlopeAndSensors(unittest.TestCase):
         odom = self.odom.until(self.uphill(3.0))[-1]
         way = odom.pose.pose.position.x
         self.assertAlmostEqual(odom.pose.covariance[0] - parked[0].pose.covariance[0], DISTANCE_NOISE ** 2 * way,
-                               delta=0.02 * DISTANCE_NOISE ** 2 * way)
+                               delta=0.1 * DISTANCE_NOISE ** 2 * way)  # it rolls back a little at first
         for index in (0, 7, 35):
             self.assertGreater(odom.pose.covariance[index], parked[0].pose.covariance[index])
 
@@ -157,8 +160,11 @@ class SlopeAndSensors(unittest.TestCase):
             self.imu.clear()
             self.odom.clear()
             stamp = self.sim.step(300)
-            return ([m.linear_acceleration.x for m in self.imu.until(stamp)],
-                    [(m.pose.pose.position.x, m.pose.covariance[0]) for m in self.odom.until(stamp)])
+            # What was under way before is none of these steps.
+            begin = stamp - rospy.Duration(0.3)
+            return ([m.linear_acceleration.x for m in self.imu.until(stamp) if m.header.stamp > begin],
+                    [(m.pose.pose.position.x, m.pose.covariance[0]) for m in self.odom.until(stamp)
+                     if m.header.stamp > begin])
         first = go_on()
         self.assertTrue(self.sim.call("reset", Trigger).success)
         self.assertNotEqual(go_on(), first)
