@@ -139,7 +139,7 @@ class BadLuck(unittest.TestCase):
             return odom.messages
         wait_until(tick_on, "the first odom")
         begin = heard[0]
-        self.assertAlmostEqual(run(begin, begin + 1.0), begin + 1.0, delta=0.021)
+        self.assertAlmostEqual(run(begin, begin + 1.0), begin + 1.0, delta=0.025)
         stamps = [m.header.stamp for m in odom.messages]
         self.assertEqual(stamps, sorted(stamps))
         # It stands: so does the simulation.
@@ -152,7 +152,7 @@ class BadLuck(unittest.TestCase):
         for there, word in ((50.0, "jumped back"), (5000.0, "jumped ahead")):
             odom.clear()
             tick_until(there, lambda: word in node.output, word)
-            self.assertAlmostEqual(run(there, there + 0.5), there + 0.5, delta=0.021)
+            self.assertAlmostEqual(run(there, there + 0.5), there + 0.5, delta=0.025)
             self.assertLess(len(odom.messages), 30)
         self.assertAlmostEqual(odom.messages[-1].twist.twist.linear.x, 0.0, delta=1e-6)
 
