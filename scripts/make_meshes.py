@@ -90,6 +90,28 @@ def flat():
     return ground(lines, lines, lambda x, y: 0.0)
 
 
+SLOPE = math.radians(10.0)
+# Where the ramp begins, radius of its foot and crest, length between them [m].
+FOOT, BEND, BEND_PARTS, SLOPE_LENGTH = 8.0, 80.0, 40, 12.0
+
+
+def ramp():
+    """Level, up at ten degrees, level. Foot and crest are bent so gently that a stiff robot on six wheels keeps its weight
+    on the middle ones: half a wheelbase of 0.35 m is lifted by 0.35^2 / 160 m = 0.8 mm."""
+    profile = [(-12.0, 0.0), (0.0, 0.0)]
+    parts = BEND_PARTS
+    profile += [(FOOT + BEND * math.sin(SLOPE * k / parts), BEND * (1.0 - math.cos(SLOPE * k / parts)))
+                for k in range(parts + 1)]
+    x, z = profile[-1]
+    x, z = x + SLOPE_LENGTH * math.cos(SLOPE), z + SLOPE_LENGTH * math.sin(SLOPE)
+    top_x, top_z = x + BEND * math.sin(SLOPE), z + BEND * (1.0 - math.cos(SLOPE))
+    profile += [(top_x - BEND * math.sin(SLOPE * k / parts), top_z - BEND * (1.0 - math.cos(SLOPE * k / parts)))
+                for k in range(parts, -1, -1)]
+    profile.append((top_x + 12.0, top_z))
+    heights = dict(profile)
+    return ground([x for x, _ in profile], [-8.0, 0.0, 8.0], lambda x, y: heights[x])
+
+
 def rolling(cells=316):
     """199,712 triangles of 1 m, hills of up to 0.5 m."""
     lines = [float(i - cells // 2) for i in range(cells + 1)]
@@ -232,7 +254,7 @@ def course():
 
 def committed():
     """File name -> bytes."""
-    meshes = {"unit_sphere": sphere(), "flat": flat()}
+    meshes = {"unit_sphere": sphere(), "flat": flat(), "ramp": ramp()}
     meshes.update(course())
     return {name + ".stl": binary_stl(name, triangles) for name, triangles in meshes.items()}
 

@@ -36,6 +36,8 @@
 ///   [MuntheKaas1999]     H. Munthe-Kaas, High order Runge-Kutta methods on manifolds, Appl. Numer. Math. 29 (1999).
 ///   [Iserles2000]        A. Iserles et al., Lie-group methods, Acta Numerica 9 (2000), app. B.
 ///   [Pacejka2012]        H. Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012: 1.2 cornering stiffness, ch. 3 brush model.
+///   [WongChiang2001]     J. Y. Wong, C. F. Chiang, A general theory for skid steering of tracked vehicles on firm ground,
+///                        Proc. IMechE D 215 (2001): the turn at which shear forces and their moments balance.
 ///   [Stribeck1902]       R. Stribeck, Die wesentlichen Eigenschaften der Gleit- und Rollenlager, VDI-Z. 46 (1902).
 ///   [CanudasDeWit1995]   C. Canudas de Wit et al., A new model for control of systems with friction, IEEE TAC 40 (1995).
 ///   [FowlerNollVo]       G. Fowler, L. C. Noll, K.-P. Vo: the FNV-1a hash.

@@ -35,10 +35,29 @@ class SceneReader : private YamlReader {
   SceneReader(const std::string& path, const std::string& share) : YamlReader(path), share_(share) {}
 
   Loaded<Scene> read() {
+    place();
+    if (const std::optional<YAML::Node> root = open("scene")) readRoot(*root);
+    return finish();
+  }
+
+  /// Of a vehicle, whose path the reader was given, and a world.
+  Loaded<Scene> readVehicle(const std::string& world) {
+    place();
+    scene_.vehicle = scene_.file;
+    scene_.world = fs::absolute(world).string();
+    readVehicleFile();
+    for (const Problem& p : scene_.config.validate()) problems.push_back({path(), p.where + " " + p.message});
+    return finish();
+  }
+
+ private:
+  void place() {
     scene_.file = fs::absolute(path()).string();
     scene_.name = fs::path(path()).stem().string();
     folder_ = fs::path(scene_.file).parent_path().string();
-    if (const std::optional<YAML::Node> root = open("scene")) readRoot(*root);
+  }
+
+  Loaded<Scene> finish() {
     Loaded<Scene> result;
     result.problems = std::move(problems);
     result.notes = std::move(notes_);
@@ -46,7 +65,6 @@ class SceneReader : private YamlReader {
     return result;
   }
 
- private:
   void readRoot(const YAML::Node& root) {
     if (!root.IsMap()) return problem(root, "a scene is a dictionary with the keys vehicle, world and duration");
     const std::vector<std::string> keys = {"description", "vehicle", "world",       "package_dirs", "drive_joints",
@@ -264,6 +282,10 @@ class SceneReader : private YamlReader {
 }  // namespace
 
 Loaded<Scene> loadScene(const std::string& path, const std::string& share) { return SceneReader(path, share).read(); }
+
+Loaded<Scene> sceneOf(const std::string& vehicle, const std::string& world, const std::string& share) {
+  return SceneReader(vehicle, share).readVehicle(world);
+}
 
 Problems overrideParameter(Scene& scene, const std::string& key, const std::string& yaml_value,
                            const std::string& where) {

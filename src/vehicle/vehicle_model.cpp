@@ -43,6 +43,8 @@ constexpr double kSeedStiffness = 1e7;
 // Joint stops and holds: frequency with the joint's own inertia [rad/s] and damping ratio; 0.2 to 0.25 of a default tick.
 constexpr double kStopFrequency = 200.0, kStopDampingRatio = 0.5;
 constexpr double kHoldFrequency = 250.0, kHoldDampingRatio = 0.7;
+// Sag of the wheels of a stiff vehicle with casters, of their radius [-]: what rubber gives.
+constexpr double kCasterSag = 0.02;
 // Inertia below which a coordinate would accelerate without bound [kg m^2, kg].
 constexpr double kNoInertia = 1e-12;
 // A wheel counts as symmetric about its axle when it differs by less than this fraction.
@@ -284,23 +286,36 @@ class Compiler {
     return false;
   }
 
+  // Something gives between the wheels: a suspension, a rocker. A caster's swivel does not.
+  bool levelsOut(const DynamicJoint& j) const {
+    const Body& body = model_.bodies[j.body];
+    return j.role == JointRole::kSuspension ||
+           (j.role == JointRole::kPassive && std::abs((restGeometry(model_).X_RB[j.body].q * body.axis_B).z()) < 0.7);
+  }
+
+  // Without suspension a stiff vehicle would stand on three wheels: the sag must be twice the spread of the bottoms. And
+  // one that trails casters would lift its driven wheels off every hollow, where a real one's tyres give.
+  double stiffnessThatSags() const {
+    const auto& wheels = model_.drive.wheels;
+    const auto& joints = model_.dynamic_joints;
+    if (wheels.size() < 3 || std::any_of(joints.begin(), joints.end(), [this](const auto& j) { return levelsOut(j); }))
+      return kSeedStiffness;
+    double low = 1e300, high = -1e300, radius = 1e300;
+    bool casters = false;
+    for (const WheelUnit& wheel : wheels) {
+      low = std::min(low, wheel.p_RW.z() - wheel.radius);
+      high = std::max(high, wheel.p_RW.z() - wheel.radius);
+      radius = std::min(radius, wheel.radius);
+      casters = casters || (!wheel.driven && !wheel.braked);
+    }
+    const double sag = std::max(2.0 * (high - low), casters && wheels.size() > 3 ? kCasterSag * radius : 0.0);
+    const double load = model_.mass * std::max(config_.gravity, 1.0) / static_cast<double>(wheels.size());
+    return sag > 0.0 ? load / sag : kSeedStiffness;
+  }
+
   void deriveContacts(ArticulatedBody& tree) {
-    // Without suspension a stiff vehicle would stand on three wheels: the sag must be twice the spread of the bottoms.
-    double cap = kSeedStiffness;
-    const bool sprung = std::any_of(model_.dynamic_joints.begin(), model_.dynamic_joints.end(), [](const DynamicJoint& j) {
-      return j.role == JointRole::kSuspension || j.role == JointRole::kPassive;
-    });
-    double low = 1e300, high = -1e300;
-    for (const WheelUnit& wheel : model_.drive.wheels) {
-      const double bottom = wheel.p_RW.z() - wheel.radius;
-      low = std::min(low, bottom);
-      high = std::max(high, bottom);
-    }
-    double wheel_cap = cap;
-    if (!sprung && model_.drive.wheels.size() >= 3 && high > low) {
-      const double load = model_.mass * std::max(config_.gravity, 1.0) / static_cast<double>(model_.drive.wheels.size());
-      wheel_cap = std::min(cap, load / (2.0 * (high - low)));
-    }
+    const double cap = kSeedStiffness;
+    const double wheel_cap = std::min(cap, stiffnessThatSags());
     for (std::size_t i = 0; i < model_.ellipsoids.size(); ++i) {
       ModelEllipsoid& ellipsoid = model_.ellipsoids[i];
       const bool wheel = groundWheel(static_cast<int>(i));

@@ -60,6 +60,24 @@ TEST(ShippedWorlds, FlatIsASquareOfTwoHundredMetresAtZero) {
   EXPECT_EQ(flat.triangle(0).nhat_W, Vector3d::UnitZ());
 }
 
+TEST(ShippedWorlds, RampRisesAtTenDegreesFromABentFoot) {
+  const Terrain ramp = shippedWorld("ramp");
+  EXPECT_EQ(ramp.report().nonmanifold_edges + ramp.report().flipped_edges + ramp.report().zero_area, 0);
+  EXPECT_EQ(topOf(ramp, 0.0, 0.0), 0.0);
+  EXPECT_EQ(topOf(ramp, 7.9, 3.0), 0.0);
+  double before = 0.0;
+  for (double x = 8.0; x < 45.0; x += 0.05) {
+    const double slope = std::atan2(topOf(ramp, x + 0.05, 1.0) - topOf(ramp, x, 1.0), 0.05) * 180.0 / M_PI;
+    // A corner within the 0.05 m mixes two facets; float32 corners.
+    EXPECT_LT(std::abs(slope - before), 0.26) << x;
+    if (x > 22.0 && x < 33.0) {
+      EXPECT_NEAR(slope, 10.0, 1e-3) << x;
+    }
+    before = slope;
+  }
+  EXPECT_NEAR(topOf(ramp, 55.0, 0.0), 12.0 * std::sin(M_PI / 18.0) + 160.0 * (1.0 - std::cos(M_PI / 18.0)), 1e-4);
+}
+
 TEST(ShippedWorlds, CourseIsOneSheetOpenOnlyAtItsRims) {
   const Terrain course = shippedWorld("course");
   const MeshReport& report = course.report();

@@ -86,6 +86,10 @@ struct Scene {
 /// are not found. `share`: the package's folder, for shipped names.
 Loaded<Scene> loadScene(const std::string& path, const std::string& share);
 
+/// A scene without commands, made of a vehicle and a world: paths of files, with what VEHICLE.yaml beside the vehicle says.
+/// Set down where the world says; no duration.
+Loaded<Scene> sceneOf(const std::string& vehicle, const std::string& world, const std::string& share);
+
 /// A scene's parameter by name, as a command line gives it; over everything the files say. Problems as for the file.
 Problems overrideParameter(Scene& scene, const std::string& key, const std::string& yaml_value,
                            const std::string& where);

@@ -90,6 +90,7 @@ struct VehicleDescription {
   std::vector<LinkDescription> links;        ///< parents before children, root first.
   std::vector<JointDescription> joints;      ///< in the order of their child links: joints[i].child == links[i + 1].name.
   DriveLayout layout = DriveLayout::kNone;
+  double forward_yaw = 0.0;                  ///< where forward is, turned from the root link's x about its z [rad].
 };
 
 }  // namespace ellipsoid_vehicle_sim
