@@ -90,16 +90,14 @@ class Evaluation {
     }
   }
 
-  EllipsoidContacts run() {
-    EllipsoidContacts result;
+  void run(EllipsoidContacts& result) {
     const Found first = deepestAdmitted([this] { return deepest(); });
-    if (first.candidate < 0) return result;
+    if (first.candidate < 0) return;
 
     const Candidate& candidate = candidates_[near_[first.candidate].candidate];
     take(result, candidate.index, first.contact.nhat_W, first.contact.p_WE_lowest, first.contact.depth,
          feltDepth(first.contact, candidate));
     if (options_.contacts == ContactsPerEllipsoid::kValley) addValleyContacts(result, first.contact, first.candidate);
-    return result;
   }
 
  private:
@@ -354,8 +352,8 @@ double touchedDepth(const Eigen::Vector3d& radii) {
 
 }  // namespace
 
-EllipsoidContacts findContacts(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const Terrain& terrain,
-                               const ContactOptions& options, ContactFinder& finder) {
+void findContacts(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const Terrain& terrain,
+                  const ContactOptions& options, ContactFinder& finder, EllipsoidContacts& result) {
   FilterEllipsoid filter = filterOf(ellipsoid);
   // The motion since the last accepted pose is at most one step's; twenty of them ahead is a good guess to be queried
   // once.
@@ -363,27 +361,26 @@ EllipsoidContacts findContacts(const PosedEllipsoid& ellipsoid, const ContactMem
   const Eigen::Vector3d travel =
       memory.fresh ? Eigen::Vector3d::Zero().eval() : (kStepsAhead * (ellipsoid.p_WE - memory.posed.p_WE)).eval();
   finder.behind_any = false;
-  const auto search = [&]() -> EllipsoidContacts {
+  const auto search = [&]() {
     const Eigen::Vector3d half = filter.half_box.toEigen();
     const std::vector<Candidate>& candidates =
         finder.cache.around(ellipsoid.p_WE - half, ellipsoid.p_WE + half, travel, terrain, options.cache);
-    if (candidates.empty()) return {};
-    return Evaluation(ellipsoid, filter, memory, options, candidates, finder).run();
+    result.count = 0;
+    if (!candidates.empty()) Evaluation(ellipsoid, filter, memory, options, candidates, finder).run(result);
   };
-  EllipsoidContacts contacts = search();
-  if (contacts.count > 0 && contacts.contact[0].depth > touchedDepth(ellipsoid.radii) &&
+  search();
+  if (result.count > 0 && result.contact[0].depth > touchedDepth(ellipsoid.radii) &&
       options.rule == ContactRule::kMinimumTranslation) {
     // T is never further from the centre than the lowest point is.
     const double reach = ellipsoid.radii.maxCoeff();
     filter.half_box = {reach, reach, reach};
-    contacts = search();
+    search();
   }
-  assignShares(contacts);
-  return contacts;
+  // The share of a contact by itself is 1 from the start.
+  if (result.count > 1) assignShares(result);
 }
 
-EllipsoidContacts rememberedContacts(const ContactMemory& memory, const ContactOptions& options) {
-  EllipsoidContacts result;
+void rememberedContacts(const ContactMemory& memory, const ContactOptions& options, EllipsoidContacts& result) {
   result.count = memory.count;
   for (int i = 0; i < memory.count; ++i) {
     const CarriedContact& carried = memory.carried[i];
@@ -395,32 +392,41 @@ EllipsoidContacts rememberedContacts(const ContactMemory& memory, const ContactO
     contact.pressed = std::max(0.0, carried.depth - (options.memory ? memory.slack : 0.0));
     contact.share = 1.0;
   }
-  assignShares(result);
-  return result;
+  if (result.count > 1) assignShares(result);
 }
 
-ContactMemory rememberContacts(const PosedEllipsoid& ellipsoid, const EllipsoidContacts& contacts,
-                               const ContactMemory& old, const ContactOptions& options, double dt) {
-  ContactMemory memory;
-  memory.fresh = false;
-  memory.posed = ellipsoid;
-  memory.count = contacts.count;
-  std::array<Eigen::Vector3d, kMaxContactsPerEllipsoid> nhat;
-  std::array<double, kMaxContactsPerEllipsoid> depth{};
+void rememberContacts(const PosedEllipsoid& ellipsoid, const EllipsoidContacts& contacts, const ContactMemory& old,
+                      const ContactOptions& options, double dt, ContactMemory& result) {
+  result.fresh = false;
+  result.posed = ellipsoid;
+  // Beyond its count a memory holds nothing: equal memories are equal to the last bit.
+  for (int i = contacts.count; i < result.count; ++i) result.carried[i] = CarriedContact{};
+  result.count = contacts.count;
+  result.deepest = 0.0;
+  result.slack = 0.0;
   double not_charged = 0.0;
   for (int i = 0; i < contacts.count; ++i) {
     const Contact& contact = contacts.contact[i];
-    memory.carried[i] = {contact.triangle, contact.nhat_W, contact.depth, ellipsoid.halfWidth(contact.nhat_W)};
-    memory.deepest = std::max(memory.deepest, contact.depth);
+    result.carried[i] = {contact.triangle, contact.nhat_W, contact.depth, ellipsoid.halfWidth(contact.nhat_W)};
+    result.deepest = std::max(result.deepest, contact.depth);
     not_charged = std::max(not_charged, contact.depth - contact.pressed);
-    nhat[i] = contact.nhat_W;
-    depth[i] = contact.depth;
   }
-  memory.push = shortestPush(nhat, depth, contacts.count).p;
-  if (!options.memory || contacts.count == 0) return memory;
+  if (contacts.count == 0) {
+    result.push.setZero();
+  } else if (contacts.count == 1) {
+    result.push = contacts.contact[0].depth * contacts.contact[0].nhat_W;
+  } else {
+    std::array<Eigen::Vector3d, kMaxContactsPerEllipsoid> nhat;
+    std::array<double, kMaxContactsPerEllipsoid> depth{};
+    for (int i = 0; i < contacts.count; ++i) {
+      nhat[i] = contacts.contact[i].nhat_W;
+      depth[i] = contacts.contact[i].depth;
+    }
+    result.push = shortestPush(nhat, depth, contacts.count).p;
+  }
+  if (!options.memory || contacts.count == 0) return;
   // Spawned in an overlap: none of it is charged.
-  memory.slack = old.fresh ? memory.deepest : std::max(0.0, not_charged - kSlackRelease * dt);
-  return memory;
+  result.slack = old.fresh ? result.deepest : std::max(0.0, not_charged - kSlackRelease * dt);
 }
 
 }  // namespace ellipsoid_vehicle_sim

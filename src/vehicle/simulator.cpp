@@ -125,7 +125,11 @@ struct Simulator::Impl {
 
   StepStatus step() {
     if (status != StepStatus::kOk) return status;  // never build on a broken state
-    previous = state;
+    // The memories of contacts change in accept() only, which hands over the old ones.
+    previous.motion = state.motion;
+    previous.profiles = state.profiles;
+    previous.treads = state.treads;
+    previous.drive = state.drive;
 
     // One command for the whole step: every stage sees the same input.
     bool timed_out = false;
@@ -133,6 +137,7 @@ struct Simulator::Impl {
     dynamics->beginStep(state, config.dt);
     integrate();
     if (!sane(state.motion)) {
+      previous.memory = state.memory;
       state = previous;
       status = StepStatus::kDiverged;
       return status;
@@ -143,7 +148,7 @@ struct Simulator::Impl {
       if (effortExceeded(model.prescribed_joints[p], state.profiles[p])) ++events.effort_exceeded;
     }
     events.command_timeouts += timed_out ? 1 : 0;
-    events.passed_through += dynamics->accept(state, config.dt);
+    events.passed_through += dynamics->accept(state, config.dt, previous.memory);
     ++step_count;
     observed_fresh = false;
     return status;

@@ -31,10 +31,22 @@ VehicleDynamics::VehicleDynamics(const VehicleModel& model, const SimConfig& con
     const BodyKinematics& k = tree_.kinematics(ellipsoid.body);
     const Vec3 p_BE = Vec3::from(ellipsoid.X_BE.p);
     mounts_.push_back({p_BE, fromFrame(k.R_OB, p_BE), fromFrame(k.R_OB, columns(ellipsoid.R_BE))});
+    if (std::find(touching_bodies_.begin(), touching_bodies_.end(), ellipsoid.body) == touching_bodies_.end())
+      touching_bodies_.push_back(ellipsoid.body);
   }
+  moving_W_.resize(model.bodies.size());
+  overrideFriction(std::nullopt);
   posed_at_.assign(7 + model.dynamic_joints.size() + model.prescribed_joints.size(), std::nan(""));
   moving_at_.assign(3 + model.dynamic_joints.size() + model.prescribed_joints.size(), std::nan(""));
   scaleFriction(1.0);
+}
+
+void VehicleDynamics::overrideFriction(std::optional<FrictionMode> mode) {
+  laws_.clear();
+  for (const ModelEllipsoid& ellipsoid : model_.ellipsoids) {
+    laws_.push_back(ellipsoid.law);
+    if (mode) laws_.back().mode = *mode;
+  }
 }
 
 void VehicleDynamics::scaleFriction(double scale) {
@@ -68,6 +80,7 @@ MotionRate VehicleDynamics::makeRate() const {
 
 void VehicleDynamics::beginStep(const VehicleState& frozen, double dt) {
   frozen_ = &frozen;
+  memory_ = &frozen.memory;
   dt_ = dt;
   for (std::size_t j = 0; j < hold_limit_.size(); ++j) hold_limit_[j] = model_.dynamic_joints[j].friction;
   for (const WheelUnit& wheel : model_.drive.wheels)
@@ -125,27 +138,29 @@ void VehicleDynamics::move(const Motion& x) {
   for (int i = 0; i < 3; ++i) put(key, x.w_WB[i], same);
   for (const double qd : x.qd) put(key, qd, same);
   for (std::size_t i = 0; i < frozen_->profiles.size(); ++i) put(key, prescribed_[i].velocity, same);
-  if (!same) tree_.velocities(toFrame(R_WB_, Vec3::from(x.w_WB)), x.qd.data(), prescribed_.data());
+  if (same) return;
+  tree_.velocities(toFrame(R_WB_, Vec3::from(x.w_WB)), x.qd.data(), prescribed_.data());
+  for (const int body : touching_bodies_) {
+    const Spatial& v = tree_.kinematics(body).velocity;
+    moving_W_[body] = {fromFrame(R_WB_, v.angular), fromFrame(R_WB_, v.linear)};
+  }
 }
 
-// Velocity of a point of a body in W; p_OX from the base's origin, in W.
+// Velocity of a point of a body that carries ellipsoids, in W; p_OX from the base's origin, in W.
 Vec3 VehicleDynamics::pointVelocity(const Motion& x, int body, const Vec3& p_OX) const {
-  return Vec3::from(x.v_WB) + fromFrame(R_WB_, tree_.pointVelocity(body, toFrame(R_WB_, p_OX)));
+  const Spatial& v = moving_W_[body];
+  return Vec3::from(x.v_WB) + (v.linear + cross(v.angular, p_OX));
 }
 
 void VehicleDynamics::findAll(bool at_remembered_pose) {
   for (std::size_t i = 0; i < posed_.size(); ++i) {
-    const ContactMemory& memory = frozen_->memory[i];
-    contacts_[i] = at_remembered_pose && !memory.fresh
-                       ? rememberedContacts(memory, options_)
-                       : findContacts(posed_[i], memory, terrain_, options_, finder_[i]);
+    const ContactMemory& memory = (*memory_)[i];
+    if (at_remembered_pose && !memory.fresh) {
+      rememberedContacts(memory, options_, contacts_[i]);
+    } else {
+      findContacts(posed_[i], memory, terrain_, options_, finder_[i], contacts_[i]);
+    }
   }
-}
-
-ContactLaw VehicleDynamics::lawOf(int ellipsoid) const {
-  ContactLaw law = model_.ellipsoids[ellipsoid].law;
-  if (friction_override_) law.mode = *friction_override_;
-  return law;
 }
 
 double VehicleDynamics::treadSpeed(int tread) const {
@@ -153,53 +168,56 @@ double VehicleDynamics::treadSpeed(int tread) const {
   return t.speed + fraction_ * dt_ * t.acceleration;
 }
 
-// Velocity of the ellipsoid's surface where it touches, against the ground, and the part that its own turning makes.
-Vector3d VehicleDynamics::surfaceVelocity(const Motion& x, ActiveContact& active, Vector3d& v_roll) const {
+VehicleDynamics::SurfaceMotion VehicleDynamics::surfaceMotion(const Motion& x, ActiveContact& active) const {
   const ModelEllipsoid& ellipsoid = model_.ellipsoids[active.ellipsoid];
   const Vec3 radius = Vec3::from(active.contact.p_WE_lowest) - Vec3::from(posed_[active.ellipsoid].p_WE);
-  const Vec3 w = fromFrame(R_WB_, tree_.kinematics(ellipsoid.body).velocity.angular);
-  v_roll = cross(w, radius).toEigen();
+  SurfaceMotion surface{pointVelocity(x, ellipsoid.body, Vec3::from(active.p_OC)),
+                        cross(moving_W_[ellipsoid.body].angular, radius)};
   active.roll_axis = Vector3d(0.0, 0.0, 0.0);
-  Vector3d v = pointVelocity(x, ellipsoid.body, Vec3::from(active.p_OC)).toEigen();
-  if (ellipsoid.tread < 0) return v;
-  const Vector3d from_centre = radius.toEigen();
+  if (ellipsoid.tread < 0) return surface;
 
   // A solid compound's wheel does not turn: its tread runs about the axle, which the steering turns.
   const Tread& tread = model_.treads[ellipsoid.tread];
   Vector3d axle_B = tread.axle_B;
   if (tread.steer >= 0)
     axle_B = Eigen::AngleAxisd(prescribed_[tread.steer].position, tread.steer_axis_B) * axle_B;
-  const Vector3d axle_W =
-      fromFrame(R_WB_, fromFrame(tree_.kinematics(ellipsoid.body).R_OB, Vec3::from(axle_B))).toEigen();
+  const Vec3 axle_W = fromFrame(R_WB_, fromFrame(tree_.kinematics(ellipsoid.body).R_OB, Vec3::from(axle_B)));
   if (frozen_->treads[ellipsoid.tread].mode == TreadState::Mode::kTurning) {
-    const Vector3d running = treadSpeed(ellipsoid.tread) * axle_W.cross(from_centre);
-    v += running;
-    v_roll += running;
-    return v;
+    const Vec3 running = treadSpeed(ellipsoid.tread) * cross(axle_W, radius);
+    surface.v += running;
+    surface.v_roll += running;
+    return surface;
   }
   // Free and without mass: it gives way to whatever pulls along the rolling direction.
-  const Vector3d along = axle_W.cross(active.contact.nhat_W);
-  const double length = along.norm();
-  if (length < 1e-9) return v;
-  active.roll_axis = along / length;
-  const Vector3d given = active.roll_axis.dot(v) * active.roll_axis;
-  v -= given;
-  v_roll -= given;
-  return v;
+  const Vec3 along = cross(axle_W, Vec3::from(active.contact.nhat_W));
+  const double length = norm(along);
+  if (length < 1e-9) return surface;
+  const Vec3 axis = (1.0 / length) * along;
+  active.roll_axis = axis.toEigen();
+  const Vec3 given = dot(axis, surface.v) * axis;
+  surface.v -= given;
+  surface.v_roll -= given;
+  return surface;
 }
 
 // The friction's stretch of a contact: that of the carried contact with the nearest normal, turned to this one's.
-void VehicleDynamics::anchorOf(const Motion& x, ActiveContact& active, Vector3d& anchor) const {
-  if (active.slot < 0) {
-    anchor.setZero();
-    return;
-  }
-  const CarriedContact& carried = frozen_->memory[active.ellipsoid].carried[active.slot];
+Vec3 VehicleDynamics::anchorOf(const Motion& x, const ActiveContact& active) const {
+  if (active.slot < 0) return {0.0, 0.0, 0.0};
+  const Vector3d& carried = (*memory_)[active.ellipsoid].carried[active.slot].nhat_W;
+  const Vector3d& z = x.anchor[active.ellipsoid][active.slot];
   const Vec3 u = Vec3::from(active.contact.nhat_W);
-  const Vec3 turned =
-      Vec3::from(turnedWithNormal(x.anchor[active.ellipsoid][active.slot], carried.nhat_W, active.contact.nhat_W));
-  anchor = (turned - dot(u, turned) * u).toEigen();
-  if (!active.roll_axis.isZero(0.0)) anchor -= active.roll_axis.dot(anchor) * active.roll_axis;
+  // At the start of a step the normal is the carried one, and turning changes nothing.
+  const Vec3 turned = Vec3::from(carried == active.contact.nhat_W ? z : turnedWithNormal(z, carried, active.contact.nhat_W));
+  Vec3 anchor = turned - dot(u, turned) * u;
+  const Vec3 roll_axis = Vec3::from(active.roll_axis);
+  if (!active.roll_axis.isZero(0.0)) anchor -= dot(roll_axis, anchor) * roll_axis;
+  return anchor;
+}
+
+ContactForce VehicleDynamics::forceOf(const ActiveContact& active, const SurfaceMotion& surface) const {
+  return contactForce(lawOf(active.ellipsoid), frictionOf(active.contact.triangle), active.contact.nhat_W,
+                      active.contact.pressed, active.contact.share, surface.v.toEigen(), surface.v_roll.toEigen(),
+                      active.anchor_W);
 }
 
 namespace {
@@ -227,17 +245,13 @@ void VehicleDynamics::applyContacts(const Motion& x) {
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     unsigned taken = 0;
     for (int j = 0; j < contacts_[i].count; ++j) {
-      active_.emplace_back();
+      active_.emplace_back(static_cast<int>(i), contacts_[i].contact[j]);
       ActiveContact& active = active_.back();
-      active.ellipsoid = static_cast<int>(i);
-      active.contact = contacts_[i].contact[j];
-      active.slot = matchingSlot(frozen_->memory[i], active.contact.nhat_W, taken);
+      active.slot = matchingSlot((*memory_)[i], active.contact.nhat_W, taken);
       active.p_OC = active.contact.p_WE_lowest - x.X_WB.p;
-      Vector3d v_roll, anchor;
-      const Vector3d v = surfaceVelocity(x, active, v_roll);
-      anchorOf(x, active, anchor);
-      active.force = contactForce(lawOf(active.ellipsoid), frictionOf(active.contact.triangle), active.contact.nhat_W,
-                                  active.contact.pressed, active.contact.share, v, v_roll, anchor);
+      const SurfaceMotion surface = surfaceMotion(x, active);
+      active.anchor_W = anchorOf(x, active).toEigen();
+      active.force = forceOf(active, surface);
       const Vector3d f_W = active.force.normal * active.contact.nhat_W + active.force.friction_W;
       tree_.addForce(model_.ellipsoids[i].body, toFrame(R_WB_, Vec3::from(active.p_OC)), toFrame(R_WB_, Vec3::from(f_W)));
     }
@@ -299,13 +313,8 @@ void VehicleDynamics::rate(const Motion& x, double fraction, MotionRate& k) {
 
 void VehicleDynamics::positionRates(const Motion& x, MotionRate& k) {
   move(x);
-  for (ActiveContact& active : active_) {
-    Vector3d v_roll, anchor;
-    const Vector3d v = surfaceVelocity(x, active, v_roll);
-    anchorOf(x, active, anchor);
-    active.force = contactForce(lawOf(active.ellipsoid), frictionOf(active.contact.triangle), active.contact.nhat_W,
-                                active.contact.pressed, active.contact.share, v, v_roll, anchor);
-  }
+  // Positions, and with them the stretches, are those of the last rate().
+  for (ActiveContact& active : active_) active.force = forceOf(active, surfaceMotion(x, active));
   jointForces(x, k, true);
   anchorRates(k);
   k.v = x.v_WB;
@@ -349,9 +358,8 @@ void VehicleDynamics::combine(MotionRate (&k)[4]) const {
       mix(k[0].anchor[i][j], k[1].anchor[i][j], k[2].anchor[i][j], k[3].anchor[i][j]);
 }
 
-int VehicleDynamics::accept(VehicleState& state, double dt) {
-  Motion& x = state.motion;
-  // The paths of the tick end exactly where their formula says.
+// The paths of the tick end exactly where their formula says.
+void VehicleDynamics::carryEnds(VehicleState& state, double dt) const {
   for (ProfileState& p : state.profiles) {
     p.position += dt * (p.velocity + 0.5 * dt * p.acceleration);
     p.velocity += dt * p.acceleration;
@@ -362,7 +370,52 @@ int VehicleDynamics::accept(VehicleState& state, double dt) {
     tread.speed += dt * tread.acceleration;
     tread.acceleration = 0.0;
   }
+}
+
+// Anchors move to the new contacts, turned with the normal, and shortened to what the cone carries there.
+Anchors VehicleDynamics::acceptContacts(const Motion& x, int ellipsoid, const ContactMemory& old, ContactMemory& memory,
+                                        double dt) {
+  const EllipsoidContacts& contacts = contacts_[ellipsoid];
+  rememberContacts(posed_[ellipsoid], contacts, old, options_, dt, memory);
+  Anchors anchors{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
+  unsigned taken = 0;
+  for (int j = 0; j < contacts.count; ++j) {
+    const int slot = matchingSlot(old, contacts.contact[j].nhat_W, taken);
+    if (slot < 0 || x.anchor[ellipsoid][slot].isZero(0.0)) continue;
+    ActiveContact active(ellipsoid, contacts.contact[j]);
+    active.slot = slot;
+    active.p_OC = active.contact.p_WE_lowest - x.X_WB.p;
+    // The slack of the new memory is the one the next step will feel.
+    const double pressed = std::max(0.0, active.contact.depth - (options_.memory ? memory.slack : 0.0));
+    const SurfaceMotion surface = surfaceMotion(x, active);
+    const Vec3 anchor = anchorOf(x, active);
+    const double limit =
+        stretchLimit(lawOf(ellipsoid), frictionOf(active.contact.triangle), active.contact.nhat_W, pressed,
+                     active.contact.share, surface.v.toEigen(), surface.v_roll.toEigen());
+    const double length = norm(anchor);
+    anchors[j] = (length > limit ? (limit / length) * anchor : anchor).toEigen();
+  }
+  return anchors;
+}
+
+// Of a tread that gives way to whatever pulls: that of the ground below it [rad/s]. Its ellipsoid touches.
+double VehicleDynamics::freeTreadSpeed(const Motion& x, int ellipsoid) const {
+  ActiveContact active(ellipsoid, contacts_[ellipsoid].contact[0]);
+  active.p_OC = active.contact.p_WE_lowest - x.X_WB.p;
+  surfaceMotion(x, active);
+  const Vec3 v = pointVelocity(x, model_.ellipsoids[ellipsoid].body, Vec3::from(active.p_OC));
+  const double radius = (active.contact.p_WE_lowest - posed_[ellipsoid].p_WE).norm();
+  return radius > 0.0 ? dot(Vec3::from(active.roll_axis), v) / radius
+                      : frozen_->treads[model_.ellipsoids[ellipsoid].tread].speed;
+}
+
+int VehicleDynamics::accept(VehicleState& state, double dt, std::vector<ContactMemory>& before) {
+  Motion& x = state.motion;
+  carryEnds(state, dt);
+  before.resize(state.memory.size());
+  before.swap(state.memory);
   frozen_ = &state;
+  memory_ = &before;
   prescribe(0.0);
   pose(x);
   move(x);
@@ -370,54 +423,23 @@ int VehicleDynamics::accept(VehicleState& state, double dt) {
 
   int passed = 0;
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    const ContactMemory& old = state.memory[i];
+    const int ellipsoid = static_cast<int>(i);
+    const ContactMemory& old = before[i];
     // A centre that went through a triangle is behind it now, or has moved too far to tell from the triangles around it.
     if (!old.fresh) {
-      const double moved = (posed_[i].p_WE - old.posed.p_WE).norm();
-      if ((finder_[i].behind_any || moved > 0.5 * posed_[i].radii.minCoeff()) &&
+      const Vec3 way = Vec3::from(posed_[i].p_WE) - Vec3::from(old.posed.p_WE);
+      const double far = 0.5 * posed_[i].radii.minCoeff();
+      if ((finder_[i].behind_any || squaredNorm(way) > far * far) &&
           terrain_.firstFrontCrossing(old.posed.p_WE, posed_[i].p_WE))
         ++passed;
     }
-    ContactMemory memory = rememberContacts(posed_[i], contacts_[i], old, options_, dt);
-
-    // Anchors move to the new contacts, turned with the normal, and shortened to what the cone carries there.
-    Anchors anchors{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
-    unsigned taken = 0;
-    for (int j = 0; j < contacts_[i].count; ++j) {
-      ActiveContact active;
-      active.ellipsoid = static_cast<int>(i);
-      active.contact = contacts_[i].contact[j];
-      // The slack of the new memory is the one the next step will feel.
-      active.contact.pressed = std::max(0.0, active.contact.depth - (options_.memory ? memory.slack : 0.0));
-      active.slot = matchingSlot(old, active.contact.nhat_W, taken);
-      active.p_OC = active.contact.p_WE_lowest - x.X_WB.p;
-      Vector3d v_roll, anchor;
-      const Vector3d v = surfaceVelocity(x, active, v_roll);
-      anchorOf(x, active, anchor);
-      const ContactForce force =
-          contactForce(lawOf(active.ellipsoid), frictionOf(active.contact.triangle), active.contact.nhat_W,
-                       active.contact.pressed, active.contact.share, v, v_roll, anchor);
-      const double length = anchor.norm();
-      if (length > force.stretch_limit) anchor *= force.stretch_limit / length;
-      anchors[j] = anchor;
-    }
-    x.anchor[i] = anchors;
-    state.memory[i] = memory;
-
+    x.anchor[i] = acceptContacts(x, ellipsoid, old, state.memory[i], dt);
     // A tread that runs free keeps the speed of the ground below it, for the day it is braked or driven.
     const int tread = model_.ellipsoids[i].tread;
-    if (tread >= 0 && state.treads[tread].mode == TreadState::Mode::kFree && contacts_[i].count > 0) {
-      ActiveContact active;
-      active.ellipsoid = static_cast<int>(i);
-      active.contact = contacts_[i].contact[0];
-      active.p_OC = active.contact.p_WE_lowest - x.X_WB.p;
-      Vector3d v_roll;
-      surfaceVelocity(x, active, v_roll);
-      const Vector3d v = pointVelocity(x, model_.ellipsoids[i].body, Vec3::from(active.p_OC)).toEigen();
-      const double radius = (active.contact.p_WE_lowest - posed_[i].p_WE).norm();
-      if (radius > 0.0) state.treads[tread].speed = active.roll_axis.dot(v) / radius;
-    }
+    if (tread >= 0 && state.treads[tread].mode == TreadState::Mode::kFree && contacts_[i].count > 0)
+      state.treads[tread].speed = freeTreadSpeed(x, ellipsoid);
   }
+  memory_ = &state.memory;
 
   for (std::size_t j = 0; j < x.stretch.size(); ++j) {
     const JointHold& hold = model_.dynamic_joints[j].hold;
@@ -453,7 +475,7 @@ double VehicleDynamics::potentialEnergy(const Motion& x) const {
   }
   for (const ActiveContact& active : active_) {
     if (active.slot < 0) continue;
-    const ContactLaw law = lawOf(active.ellipsoid);
+    const ContactLaw& law = lawOf(active.ellipsoid);
     if (law.mode == FrictionMode::kViscous) continue;
     energy += 0.5 * active.contact.share * law.tangential_stiffness *
               x.anchor[active.ellipsoid][active.slot].squaredNorm();

@@ -60,6 +60,10 @@ ContactForce contactForce(const ContactLaw& law, const FrictionCoefficients& mu,
                           double pressed, double share, const Eigen::Vector3d& v_W, const Eigen::Vector3d& v_roll_W,
                           const Eigen::Vector3d& anchor_W);
 
+/// The same's `stretch_limit` alone.
+double stretchLimit(const ContactLaw& law, const FrictionCoefficients& mu, const Eigen::Vector3d& nhat_W,
+                    double pressed, double share, const Eigen::Vector3d& v_W, const Eigen::Vector3d& v_roll_W);
+
 /// z turned by the smallest rotation that takes the unit vector `from` to `to` (not opposite).
 Eigen::Vector3d turnedWithNormal(const Eigen::Vector3d& z, const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 

@@ -46,20 +46,38 @@ struct ContactFinder {
 /// Each ellipsoid meets the one triangle it would have to be pushed furthest to clear (ties: the lowest index); in
 /// `valley` mode up to two more that still hold it after that push. Sources: notation.h [CarPhysics], [ContactDefinition]
 /// rules 1-6. `memory` is that of the last accepted pose and is not changed.
-EllipsoidContacts findContacts(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const Terrain& terrain,
-                               const ContactOptions& options, ContactFinder& finder);
+void findContacts(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const Terrain& terrain,
+                  const ContactOptions& options, ContactFinder& finder, EllipsoidContacts& result);
+inline EllipsoidContacts findContacts(const PosedEllipsoid& ellipsoid, const ContactMemory& memory,
+                                      const Terrain& terrain, const ContactOptions& options, ContactFinder& finder) {
+  EllipsoidContacts result;
+  findContacts(ellipsoid, memory, terrain, options, finder, result);
+  return result;
+}
 
 /// The contacts of the pose the memory was taken at, as they push at the start of the next step: no search.
-EllipsoidContacts rememberedContacts(const ContactMemory& memory, const ContactOptions& options);
+void rememberedContacts(const ContactMemory& memory, const ContactOptions& options, EllipsoidContacts& result);
+inline EllipsoidContacts rememberedContacts(const ContactMemory& memory, const ContactOptions& options) {
+  EllipsoidContacts result;
+  rememberedContacts(memory, options, result);
+  return result;
+}
 
 /// Speed at which depth that a jump added is given back [m/s]: slow enough that a vehicle freed from an overlap rises, and
 /// does not fly.
 constexpr double kSlackRelease = 0.01;
 
 /// The memory after a step ended at `ellipsoid` with `contacts` (found there with the old memory), dt [s] after the old one.
-/// Anchors are not carried over: that is the friction's business.
-ContactMemory rememberContacts(const PosedEllipsoid& ellipsoid, const EllipsoidContacts& contacts, const ContactMemory& old,
-                               const ContactOptions& options, double dt);
+/// Anchors are not carried over: that is the friction's business. `result`, not the same as `old`, is a
+/// memory of whatever past.
+void rememberContacts(const PosedEllipsoid& ellipsoid, const EllipsoidContacts& contacts, const ContactMemory& old,
+                      const ContactOptions& options, double dt, ContactMemory& result);
+inline ContactMemory rememberContacts(const PosedEllipsoid& ellipsoid, const EllipsoidContacts& contacts,
+                                      const ContactMemory& old, const ContactOptions& options, double dt) {
+  ContactMemory result;
+  rememberContacts(ellipsoid, contacts, old, options, dt, result);
+  return result;
+}
 
 /// Shares of the contacts' forces (field `share`) from their pressed depths; `push` is the shortest push that clears them.
 Eigen::Vector3d assignShares(EllipsoidContacts& contacts);

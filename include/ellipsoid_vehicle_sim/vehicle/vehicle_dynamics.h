@@ -12,12 +12,15 @@ namespace ellipsoid_vehicle_sim {
 
 /// A contact with the force it makes, for whoever wants to look.
 struct ActiveContact {
-  int ellipsoid = 0;
-  int slot = -1;   ///< of the memory that its anchor belongs to, -1 for a contact first met in this step.
+  ActiveContact(int ellipsoid_in, const Contact& contact_in) : ellipsoid(ellipsoid_in), contact(contact_in) {}
+
+  int ellipsoid;
+  int slot = -1;  ///< of the memory that its anchor belongs to, -1 for a contact first met in this step.
   Contact contact;
   ContactForce force;
-  Eigen::Vector3d p_OC = Eigen::Vector3d::Zero();   ///< where the force acts, from the base's origin [m].
-  Eigen::Vector3d roll_axis = Eigen::Vector3d::Zero();  ///< of a free tread: the direction it gives way to, else 0.
+  Eigen::Vector3d p_OC;       ///< where the force acts, from the base's origin [m].
+  Eigen::Vector3d roll_axis;  ///< of a free tread: the direction it gives way to, else 0.
+  Eigen::Vector3d anchor_W;   ///< stretch of the friction, turned to the contact's normal [m].
 };
 
 /// The rate function: one vehicle in one world, (state, command) -> rate. Everything that a force depends on is in its
@@ -30,7 +33,7 @@ class VehicleDynamics {
   VehicleDynamics(const VehicleModel& model, const SimConfig& config, const Terrain& terrain);
 
   /// Friction law of every ellipsoid replaced by `mode`; for set-down, which needs one that holds.
-  void overrideFriction(std::optional<FrictionMode> mode) { friction_override_ = mode; }
+  void overrideFriction(std::optional<FrictionMode> mode);
 
   /// Every coefficient of friction times `scale`, from the next evaluation on.
   void scaleFriction(double scale);
@@ -48,8 +51,10 @@ class VehicleDynamics {
   void combine(MotionRate (&k)[4]) const;
 
   /// Ends a step: contacts at the new pose with the old memory, then the new memory, anchors and holds. `state.motion` is the
-  /// new one; its memory is still that of the last step. Returns how many ellipsoid centres went through a triangle.
-  int accept(VehicleState& state, double dt);
+  /// new one; its memory is still that of the last step, which `before` gets (what stood there is room for the new one).
+  /// Returns how many ellipsoid centres went through a triangle.
+  int accept(VehicleState& state, double dt, std::vector<ContactMemory>& before);
+  int accept(VehicleState& state, double dt) { return accept(state, dt, retired_); }
 
   /// Evaluates at the state itself; afterwards the queries below answer for it.
   void evaluate(const VehicleState& state, MotionRate& k);
@@ -71,15 +76,26 @@ class VehicleDynamics {
   void prescribe(double fraction);
   void pose(const Motion& x);
   void move(const Motion& x);
+  void carryEnds(VehicleState& state, double dt) const;
   Vec3 pointVelocity(const Motion& x, int body, const Vec3& p_OX) const;
   void findAll(bool at_remembered_pose);
   void applyContacts(const Motion& x);
-  Eigen::Vector3d surfaceVelocity(const Motion& x, ActiveContact& active, Eigen::Vector3d& v_roll) const;
+  Anchors acceptContacts(const Motion& x, int ellipsoid, const ContactMemory& old, ContactMemory& memory, double dt);
+  double freeTreadSpeed(const Motion& x, int ellipsoid) const;
+  // How the surface of an ellipsoid moves where it touches.
+  struct SurfaceMotion {
+    Vec3 v;       ///< against the ground [m/s].
+    Vec3 v_roll;  ///< the part that the ellipsoid's own turning makes [m/s].
+  };
+  SurfaceMotion surfaceMotion(const Motion& x, ActiveContact& active) const;
   void jointForces(const Motion& x, MotionRate& k, bool rates_only);
   void anchorRates(MotionRate& k) const;
-  void anchorOf(const Motion& x, ActiveContact& active, Eigen::Vector3d& anchor) const;
-  FrictionCoefficients frictionOf(int triangle) const { return friction_[terrain_.surfaceIndex(triangle)]; }
-  ContactLaw lawOf(int ellipsoid) const;
+  Vec3 anchorOf(const Motion& x, const ActiveContact& active) const;
+  ContactForce forceOf(const ActiveContact& active, const SurfaceMotion& surface) const;
+  const FrictionCoefficients& frictionOf(int triangle) const {
+    return friction_[friction_.size() == 1 ? 0 : terrain_.surfaceIndex(triangle)];
+  }
+  const ContactLaw& lawOf(int ellipsoid) const { return laws_[ellipsoid]; }
   double treadSpeed(int tread) const;
 
   const VehicleModel& model_;
@@ -88,10 +104,11 @@ class VehicleDynamics {
   ContactOptions options_;
   ArticulatedBody tree_;
   std::vector<FrictionCoefficients> friction_;   ///< per surface.
-  std::optional<FrictionMode> friction_override_;
+  std::vector<ContactLaw> laws_;                 ///< per ellipsoid.
   Vec3 gravity_W_;
 
   const VehicleState* frozen_ = nullptr;
+  const std::vector<ContactMemory>* memory_ = nullptr;  ///< of the last accepted pose.
   double dt_ = 0.0;
   double fraction_ = 0.0;
   std::vector<PrescribedMotion> prescribed_;
@@ -103,7 +120,10 @@ class VehicleDynamics {
   std::vector<Mount> mounts_;
   std::vector<double> posed_at_, moving_at_;  ///< what the poses, and the velocities, were worked out from.
   Frame3 R_WB_;
+  std::vector<int> touching_bodies_;  ///< those that carry ellipsoids.
+  std::vector<Spatial> moving_W_;     ///< their motion along W's axes, as tree_ has it along the base's.
   std::vector<PosedEllipsoid> posed_;
+  std::vector<ContactMemory> retired_;  ///< room for accept().
   std::vector<EllipsoidContacts> contacts_;
   std::vector<ContactFinder> finder_;
   std::vector<ActiveContact> active_;
