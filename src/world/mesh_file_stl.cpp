@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "mesh_readers.h"
+#include "vertex_welder.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {
@@ -61,15 +62,16 @@ Loaded<MeshData> readBinary(const std::string& text, const std::string& path) {
                            " bytes after the last triangle ignored");
   }
   MeshData mesh;
-  mesh.vertices.reserve(3 * announced);
   mesh.triangles.reserve(announced);
+  VertexWelder welder(mesh.vertices);
   for (std::uint32_t i = 0; i < announced; ++i) {
     const std::size_t corners = kHeader + kFacet * i + 12;  // after the normal, which follows from the corners
+    std::array<std::uint32_t, 3> triangle;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t at = corners + 12 * k;
-      mesh.vertices.emplace_back(floatAt(text, at), floatAt(text, at + 4), floatAt(text, at + 8));
+      triangle[k] = welder.numberOf({floatAt(text, at), floatAt(text, at + 4), floatAt(text, at + 8)});
     }
-    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    mesh.triangles.push_back(triangle);
   }
   result.value = std::move(mesh);
   return result;
@@ -82,7 +84,9 @@ Loaded<MeshData> readText(const std::string& text, const std::string& path) {
   WordReader words(text);
   std::string_view word = words.word();
   bool in_loop = false, closed = false;
-  std::size_t loop_begin = 0;
+  VertexWelder welder(mesh.vertices);
+  std::array<std::uint32_t, 3> triangle;
+  std::size_t corners = 0;
   const auto refuse = [&](const std::string& message) {
     result.problems.push_back({atLine(path, words.line()), message});
     return result;
@@ -102,16 +106,16 @@ Loaded<MeshData> readText(const std::string& text, const std::string& path) {
         v[k] = *value;
       }
       if (!in_loop) return refuse("vertex outside of a facet's loop");
-      mesh.vertices.push_back(v);
+      const std::uint32_t number = welder.numberOf(v);
+      if (corners < 3) triangle[corners] = number;
+      ++corners;
     } else if (isWord(word, "outer")) {
       in_loop = true;
-      loop_begin = mesh.vertices.size();
+      corners = 0;
     } else if (isWord(word, "endloop")) {
-      const std::size_t corners = mesh.vertices.size() - loop_begin;
       if (!in_loop || corners != 3) return refuse("facet with " + std::to_string(corners) + " corners; allowed is 3");
       in_loop = false;
-      const std::uint32_t first = static_cast<std::uint32_t>(loop_begin);
-      mesh.triangles.push_back({first, first + 1, first + 2});
+      mesh.triangles.push_back(triangle);
     } else if (isWord(word, "facet")) {
       words.word();  // "normal"; it follows from the corners
       for (int k = 0; k < 3; ++k) words.word();

@@ -2,50 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <limits>
+
+#include "vertex_welder.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {
 
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-
-std::uint64_t mix(std::uint64_t h) {
-  h ^= h >> 32;
-  h *= 0x9e3779b97f4a7c15u;
-  h ^= h >> 29;
-  h *= 0xbf58476d1ce4e5b9u;
-  return h ^ (h >> 32);
-}
-
-using Key = std::array<double, 3>;
-
-std::uint64_t hashOf(const Key& key) {
-  std::array<std::uint64_t, 3> bits;
-  std::memcpy(bits.data(), key.data(), sizeof bits);
-  return mix(bits[0] * 0x9e3779b97f4a7c15u ^ mix(bits[1] * 0xd1342543de82ef95u ^ mix(bits[2])));
-}
-
-/// Power of two with room for n entries at half load.
-std::size_t tableSize(std::size_t n) {
-  std::size_t size = 16;
-  while (size < 2 * n) size *= 2;
-  return size;
-}
-
-/// Welds vertices of equal keys; adding +0 to them turns -0 into 0.
+/// Welds vertices of equal keys.
 template <typename KeyOf>
 std::vector<std::uint32_t> weldByKey(const std::vector<Eigen::Vector3d>& vertices, KeyOf&& keyOf) {
   std::vector<std::uint32_t> weld(vertices.size());
-  std::vector<std::uint32_t> table(tableSize(vertices.size()), kNone);
-  const std::size_t last = table.size() - 1;
-  for (std::uint32_t i = 0; i < vertices.size(); ++i) {
-    const Key key = keyOf(vertices[i]);
-    std::size_t slot = hashOf(key) & last;
-    while (table[slot] != kNone && keyOf(vertices[table[slot]]) != key) slot = (slot + 1) & last;
-    if (table[slot] == kNone) table[slot] = i;
-    weld[i] = table[slot];
-  }
+  VertexTable table(vertices.size());
+  const auto keyOfNumber = [&](std::uint32_t i) { return keyOf(vertices[i]); };
+  for (std::uint32_t i = 0; i < vertices.size(); ++i) weld[i] = table.findOrEnter(keyOf(vertices[i]), i, keyOfNumber);
   return weld;
 }
 
@@ -130,11 +99,11 @@ void countDuplicates(const std::vector<Corners>& triangles, std::size_t vertex_c
 
 std::vector<std::uint32_t> weldVertices(const std::vector<Eigen::Vector3d>& vertices, double tolerance) {
   if (!(tolerance > 0.0)) {
-    return weldByKey(vertices, [](const Eigen::Vector3d& v) { return Key{v.x() + 0.0, v.y() + 0.0, v.z() + 0.0}; });
+    return weldByKey(vertices, [](const Eigen::Vector3d& v) { return VertexKey(v.x(), v.y(), v.z()); });
   }
   const double per_step = 1.0 / tolerance;
-  const auto step = [per_step](double x) { return std::nearbyint(x * per_step) + 0.0; };
-  return weldByKey(vertices, [step](const Eigen::Vector3d& v) { return Key{step(v.x()), step(v.y()), step(v.z())}; });
+  const auto step = [per_step](double x) { return std::nearbyint(x * per_step); };
+  return weldByKey(vertices, [step](const Eigen::Vector3d& v) { return VertexKey(step(v.x()), step(v.y()), step(v.z())); });
 }
 
 MeshReport inspectMesh(const std::vector<Eigen::Vector3d>& vertices, const std::vector<Corners>& triangles) {

@@ -10,8 +10,9 @@
 
 namespace ellipsoid_vehicle_sim {
 
-/// The triangles of a mesh file, in file order and in the file's own frame: vertices as stored (STL repeats them),
-/// nothing merged, dropped or reordered, zero-area triangles included; every coordinate finite, every index in range.
+/// The triangles of a mesh file, in file order and in the file's own frame: nothing dropped or reordered, zero-area
+/// triangles included; every coordinate finite, every index in range. Vertices are as stored, but that those an STL
+/// file repeats for each triangle are there once.
 struct MeshData {
   std::vector<Eigen::Vector3d> vertices;  ///< in metres, if the file says so or nothing (DAE `unit` applied).
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< counter-clockwise seen from the front.
