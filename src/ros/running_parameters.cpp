@@ -47,14 +47,19 @@ RunningParameters::RunningParameters(ros::NodeHandle& nh, ros::NodeHandle& nh_pr
       step_(std::move(step)),
       stamp_(std::move(stamp)),
       publisher_(nh.advertise<ParameterChange>("running_parameters", 10, true)),
-      server_(nh_priv) {
-  server_.updateConfig(toConfig(options_));
+      server_(mutex_, nh_priv) {
+  showOptions();
   // Calls back at once, with the options as they are.
   server_.setCallback([this](RunningConfig& config, std::uint32_t) { onChange(config); });
 }
 
-void RunningParameters::refresh() {
+void RunningParameters::showOptions() {
+  const boost::recursive_mutex::scoped_lock lock(mutex_);
   server_.updateConfig(toConfig(options_));
+}
+
+void RunningParameters::refresh() {
+  showOptions();
   publish();
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <boost/thread/recursive_mutex.hpp>
 #include <dynamic_reconfigure/server.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
@@ -30,12 +31,14 @@ class RunningParameters {
 
  private:
   void onChange(RunningConfig& config);
+  void showOptions();
 
   NodeOptions& options_;
   std::function<void()> apply_;
   std::function<std::int64_t()> step_;
   std::function<ros::Time()> stamp_;
   ros::Publisher publisher_;
+  boost::recursive_mutex mutex_;  ///< of server_, which asks for one from whoever changes its values from inside.
   dynamic_reconfigure::Server<RunningConfig> server_;
 };
 
