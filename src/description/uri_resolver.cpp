@@ -2,6 +2,7 @@
 
 #include <tinyxml2.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <utility>
 
@@ -68,6 +69,14 @@ UriResolver fileResolver(const std::string& file) {
   std::string folder = fs::path(file).parent_path().string();
   if (folder.empty()) folder = ".";
   return fileResolver({folder}, folder);
+}
+
+UriResolver recordingResolver(UriResolver resolver, std::shared_ptr<std::vector<std::string>> found) {
+  return [resolver = std::move(resolver), found = std::move(found)](const std::string& uri) {
+    std::optional<std::string> path = resolver(uri);
+    if (path && std::find(found->begin(), found->end(), *path) == found->end()) found->push_back(*path);
+    return path;
+  };
 }
 
 }  // namespace ellipsoid_vehicle_sim

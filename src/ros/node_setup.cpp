@@ -247,12 +247,13 @@ Loaded<NodeSetup> loadSetup(const ros::NodeHandle& nh, const ros::NodeHandle& nh
   append(urdf.notes, result.notes);
   Loaded<VehicleDescription> vehicle;
   std::set<std::string> drawn_links;
+  const auto vehicle_files = std::make_shared<std::vector<std::string>>();
   if (urdf) {
     UrdfOptions urdf_options;
     urdf_options.drive_joints = options.drive_joints;
     urdf_options.roles = rolesFromWords(options.joint_roles, "~joint_roles", problems);
     const UriResolver resolver = packageResolver(options.package_dirs, urdf.value->file);
-    vehicle = loadUrdfText(urdf.value->text, urdf.value->file, resolver, urdf_options);
+    vehicle = loadUrdfText(urdf.value->text, urdf.value->file, recordingResolver(resolver, vehicle_files), urdf_options);
     drawn_links = drawnLinks(*urdf.value, resolver);
     append(vehicle.problems, problems);
     append(vehicle.notes, result.notes);
@@ -264,6 +265,7 @@ Loaded<NodeSetup> loadSetup(const ros::NodeHandle& nh, const ros::NodeHandle& nh
   WorldStart start;
   std::vector<std::string> files;  // that the run is made from
   if (urdf) files.push_back(urdf.value->file);
+  append(*vehicle_files, files);
   if (options.world.empty()) {
     problems.push_back({"~world", "no world: set it to a shipped name or the path of a mesh or world YAML"});
   } else {

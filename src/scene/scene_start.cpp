@@ -16,15 +16,6 @@ void append(const std::vector<std::string>& more, std::vector<std::string>& text
   texts.insert(texts.end(), more.begin(), more.end());
 }
 
-/// The resolver, and a list of what it found.
-UriResolver recording(UriResolver resolver, const std::shared_ptr<std::vector<std::string>>& found) {
-  return [resolver = std::move(resolver), found](const std::string& uri) {
-    std::optional<std::string> path = resolver(uri);
-    if (path && std::find(found->begin(), found->end(), *path) == found->end()) found->push_back(*path);
-    return path;
-  };
-}
-
 }  // namespace
 
 Loaded<LoadedScene> loadSceneFiles(const Scene& scene, const std::string& share) {
@@ -37,7 +28,7 @@ Loaded<LoadedScene> loadSceneFiles(const Scene& scene, const std::string& share)
   UrdfOptions options;
   options.drive_joints = scene.drive_joints;
   options.roles = rolesFromWords(scene.joint_roles, scene.file + " joint_roles", result.problems);
-  const UriResolver vehicle_resolver = recording(shippedResolver(scene.package_dirs, scene.vehicle, share), found);
+  const UriResolver vehicle_resolver = recordingResolver(shippedResolver(scene.package_dirs, scene.vehicle, share), found);
   Loaded<VehicleDescription> vehicle = loadUrdfFile(scene.vehicle, vehicle_resolver, options);
   append(vehicle.problems, result.problems);
   append(vehicle.notes, loaded.notes);

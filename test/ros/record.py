@@ -2,6 +2,7 @@
 import csv
 import hashlib
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -69,6 +70,20 @@ class Record(unittest.TestCase):
         for name in ("car.urdf", "course.yaml", "course_asphalt.stl"):
             with open(hashes[name]["path"], "rb") as file:
                 self.assertEqual(hashes[name]["sha256"], hashlib.sha256(file.read()).hexdigest())
+
+    def test_manifest_names_the_meshes_the_vehicle_is_made_from(self):
+        share = roslib.packages.get_pkg_dir("ellipsoid_vehicle_sim")
+        vehicle, folder = os.path.join(self.scratch.name, "own.urdf"), os.path.join(self.scratch.name, "own mesh")
+        with open(os.path.join(share, "urdf", "skid_steer.urdf")) as file:
+            text = file.read()
+        with open(vehicle, "w") as file:
+            file.write(text.replace("package://ellipsoid_vehicle_sim/meshes/unit_sphere.stl", "own_ball.stl"))
+        shutil.copy(os.path.join(share, "meshes", "unit_sphere.stl"), os.path.join(self.scratch.name, "own_ball.stl"))
+        odom_of_run("demo.launch", 0.2, "vehicle:=" + vehicle, "record:=true", "record_folder:=" + folder)
+        with open(os.path.join(folder, "manifest.yaml")) as file:
+            files = [os.path.basename(entry["path"]) for entry in yaml.safe_load(file)["files"]]
+        self.assertEqual(files.count("own.urdf"), 1)
+        self.assertEqual(files.count("own_ball.stl"), 1)
 
     def test_bag_holds_what_went_in_and_out(self):
         with rosbag.Bag(os.path.join(self.folder, "run.bag")) as bag:

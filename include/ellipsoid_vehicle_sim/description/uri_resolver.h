@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,5 +23,8 @@ UriResolver fileResolver(std::vector<std::string> package_dirs, std::string base
 /// The resolver a vehicle or world file gets when nobody says otherwise: its own folder is both package and base
 /// folder.
 UriResolver fileResolver(const std::string& file);
+
+/// The same resolver, which also keeps a list of the files it found, each once.
+UriResolver recordingResolver(UriResolver resolver, std::shared_ptr<std::vector<std::string>> found);
 
 }  // namespace ellipsoid_vehicle_sim
