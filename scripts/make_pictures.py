@@ -205,6 +205,7 @@ def main():
     except ImportError:
         parser.error("python3-pil is not installed")
 
+    os.makedirs(arguments.folder, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         port = free_port()
         os.environ.update(ROS_MASTER_URI="http://localhost:%d" % port, ROS_HOSTNAME="localhost", ROS_HOME=folder,
