@@ -45,3 +45,5 @@
 ///   [Hamilton2006]       C. Hamilton, Compact Hilbert Indices, technical report CS-2006-07, Dalhousie University 2006.
 ///   [HilbertRTree]       I. Kamel, C. Faloutsos, On packing R-trees, CIKM 1993: leaves filled along a Hilbert curve.
 ///   [Hairer1993]         E. Hairer, S. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed.: Runge-Kutta methods.
+///   [HairerWanner1996]   E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed.: stiff problems, IV.9 linearly
+///                        implicit methods.

@@ -110,6 +110,7 @@ void RunTable::add(const Simulator& simulator, double step_time) {
   tell("passed_through", now.passed_through - told_.passed_through);
   tell("effort_exceeded", now.effort_exceeded - told_.effort_exceeded);
   tell("command_timeouts", now.command_timeouts - told_.command_timeouts);
+  tell("floor_steps", now.floor_steps - told_.floor_steps);
   tell("rejected_commands", now.rejected_commands - told_.rejected_commands);
   if (broke && simulator.status() == StepStatus::kDiverged) tell("diverged", 1);
   told_ = now;

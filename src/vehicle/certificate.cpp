@@ -5,6 +5,9 @@
 #include <cmath>
 #include <complex>
 #include <cstdio>
+#include <limits>
+
+#include "ellipsoid_vehicle_sim/vehicle/linearisation.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {
@@ -21,18 +24,27 @@ constexpr double kGrowthTolerance = 1e-6;
 // Steps beyond this are not asked for [s].
 constexpr double kLongestStep = 0.1;
 
-Complex rk4Factor(Complex z) { return 1.0 + z * (1.0 + z * (0.5 + z * (1.0 / 6.0 + z / 24.0))); }
+// Of Dormand-Prince the error control takes smaller steps, down to this part of the tick; see tick_stepper.cpp.
+constexpr double kSmallestPart = 1.0 / 1024.0;
+// linearly_implicit holds every linear motion. Through touch-downs its steps are far from linear: beyond this it has been
+// seen to gain energy [s].
+constexpr double kLongestImplicitStep = 0.02;
 
-// Largest h for which RK4 damps exp(h direction), |direction| = 1, at every smaller h too.
-double rk4Limit(Complex direction) {
+Complex rk4Factor(Complex z) { return 1.0 + z * (1.0 + z * (0.5 + z * (1.0 / 6.0 + z / 24.0))); }
+Complex dormandPrinceFactor(Complex z) {
+  return 1.0 + z * (1.0 + z * (0.5 + z * (1.0 / 6.0 + z * (1.0 / 24.0 + z * (1.0 / 120.0 + z / 600.0)))));
+}
+
+// Largest h for which the method damps exp(h direction), |direction| = 1, at every smaller h too.
+double limitAlong(Complex (*factor)(Complex), Complex direction) {
   double low = 0.0;
   constexpr double kScan = 0.005;
   for (double h = kScan; h < 4.0; h += kScan) {
-    if (std::abs(rk4Factor(h * direction)) > 1.0 + 1e-13) {
+    if (std::abs(factor(h * direction)) > 1.0 + 1e-13) {
       double high = h;
       for (int i = 0; i < 60; ++i) {
         const double middle = 0.5 * (low + high);
-        (std::abs(rk4Factor(middle * direction)) > 1.0 + 1e-13 ? high : low) = middle;
+        (std::abs(factor(middle * direction)) > 1.0 + 1e-13 ? high : low) = middle;
       }
       return low;
     }
@@ -41,95 +53,23 @@ double rk4Limit(Complex direction) {
   return low;
 }
 
-// Tangent coordinates of a vehicle at rest: position-like first, velocities last.
-class Linearisation {
- public:
-  Linearisation(const VehicleModel& model, VehicleDynamics& dynamics, const VehicleState& rest)
-      : model_(model), dynamics_(dynamics), rest_(rest), rate_(dynamics.makeRate()) {
-    joints_ = model.dynamic_joints.size();
-    for (std::size_t e = 0; e < rest.memory.size(); ++e)
-      for (int s = 0; s < rest.memory[e].count; ++s) slots_.push_back({static_cast<int>(e), s});
-    positions_ = 6 + 2 * static_cast<int>(joints_) + 3 * static_cast<int>(slots_.size());
-    size_ = positions_ + 6 + static_cast<int>(joints_);
+// Largest step with which an explicit method holds exp(direction omega t) with omega = 1.
+double explicitLimit(IntegratorKind kind, Complex direction, double substeps) {
+  switch (kind) {
+    case IntegratorKind::kExplicitEuler: return -2.0 * direction.real();
+    case IntegratorKind::kRk4: return limitAlong(rk4Factor, direction);
+    case IntegratorKind::kRk4Events: return substeps * limitAlong(rk4Factor, direction);
+    case IntegratorKind::kDormandPrince: return limitAlong(dormandPrinceFactor, direction) / kSmallestPart;
+    default: return 0.0;
   }
-
-  int size() const { return size_; }
-  int positions() const { return positions_; }
-
-  std::string name(int i) const {
-    static const char* kBase[] = {"x", "y", "z", "roll", "pitch", "yaw"};
-    const int n = static_cast<int>(joints_);
-    if (i >= positions_) i -= positions_;
-    if (i < 6) return std::string("base ") + kBase[i];
-    i -= 6;
-    if (i < 2 * n) return "joint '" + model_.description.joints[model_.dynamic_joints[i % n].description].name + "'";
-    return "friction of '" + model_.ellipsoids[slots_[(i - 2 * n) / 3].first].name + "'";
-  }
-
-  // Central differences of the rate function.
-  MatrixXd jacobian() {
-    MatrixXd J(size_, size_);
-    for (int i = 0; i < size_; ++i) {
-      // Steps small against every contact's sag and large against rounding.
-      const double h = i < positions_ ? 1e-7 : 1e-6;
-      J.col(i) = (rateAt(i, h) - rateAt(i, -h)) / (2.0 * h);
-    }
-    return J;
-  }
-
- private:
-  VectorXd rateAt(int coordinate, double h) {
-    MotionRate direction = dynamics_.makeRate();
-    component(direction, coordinate) = 1.0;
-    Motion x = rest_.motion;
-    retract(rest_.motion, h, direction, x);
-    dynamics_.beginStep(rest_, 0.0);
-    // Not the start of the step: the contacts are to be found anew.
-    dynamics_.rate(x, 1.0, rate_);
-    VectorXd result(size_);
-    for (int i = 0; i < size_; ++i) result[i] = component(rate_, i);
-    return result;
-  }
-
-  double& component(MotionRate& k, int i) {
-    const int n = static_cast<int>(joints_);
-    if (i < 3) return k.v[i];
-    if (i < 6) return k.w[i - 3];
-    if (i < 6 + n) return k.q[i - 6];
-    if (i < 6 + 2 * n) return k.stretch[i - 6 - n];
-    if (i < positions_) {
-      const int s = i - 6 - 2 * n;
-      return k.anchor[slots_[s / 3].first][slots_[s / 3].second][s % 3];
-    }
-    i -= positions_;
-    if (i < 3) return k.a[i];
-    if (i < 6) return k.alpha[i - 3];
-    return k.qd[i - 6];
-  }
-
-  const VehicleModel& model_;
-  VehicleDynamics& dynamics_;
-  const VehicleState& rest_;
-  MotionRate rate_;
-  std::size_t joints_ = 0;
-  std::vector<std::pair<int, int>> slots_;
-  int positions_ = 0, size_ = 0;
-};
-
-// One step of semi-implicit Euler, linearised: velocities first, positions with the new ones.
-MatrixXd semiImplicitMap(const MatrixXd& J, int positions, double dt) {
-  const int n = static_cast<int>(J.rows());
-  const int velocities = n - positions;
-  MatrixXd map = MatrixXd::Identity(n, n);
-  map.bottomRows(velocities) += dt * J.bottomRows(velocities);
-  map.topLeftCorner(positions, positions) += dt * J.topLeftCorner(positions, positions);
-  map.topRows(positions) += dt * J.topRightCorner(positions, velocities) * map.bottomRows(velocities);
-  return map;
 }
 
+constexpr IntegratorKind kExplicitMethods[] = {IntegratorKind::kExplicitEuler, IntegratorKind::kRk4,
+                                               IntegratorKind::kRk4Events, IntegratorKind::kDormandPrince};
+
 // `growth`: how fast the motion itself grows where it does (a vehicle about to tip) [1/s]; that is not the step's fault.
-bool semiImplicitHolds(const MatrixXd& J, int positions, double growth, double dt) {
-  const Eigen::VectorXcd values = semiImplicitMap(J, positions, dt).eigenvalues();
+bool mapHolds(IntegratorKind kind, const MatrixXd& J, int positions, double growth, double dt) {
+  const Eigen::VectorXcd values = stepMap(kind, J, positions, dt, 1.0).eigenvalues();
   for (const Complex& value : values) {
     if (std::abs(value - 1.0) < kNeutralRate * dt) continue;
     if (std::abs(value) > std::exp(1.1 * growth * dt) + kGrowthTolerance) return false;
@@ -137,22 +77,22 @@ bool semiImplicitHolds(const MatrixXd& J, int positions, double growth, double d
   return true;
 }
 
-double semiImplicitLimit(const MatrixXd& J, int positions, double growth) {
+double mapLimit(IntegratorKind kind, const MatrixXd& J, int positions, double growth, double longest) {
   double low = 0.0;
   constexpr double kRatio = 1.25;
-  for (double dt = 1e-7; dt <= kLongestStep * kRatio; dt *= kRatio) {
-    if (semiImplicitHolds(J, positions, growth, dt)) {
+  for (double dt = 1e-7; dt <= longest * kRatio; dt *= kRatio) {
+    if (mapHolds(kind, J, positions, growth, dt)) {
       low = dt;
       continue;
     }
     double high = dt;
     for (int i = 0; i < 12; ++i) {
       const double middle = 0.5 * (low + high);
-      (semiImplicitHolds(J, positions, growth, middle) ? low : high) = middle;
+      (mapHolds(kind, J, positions, growth, middle) ? low : high) = middle;
     }
     return low;
   }
-  return std::min(low, kLongestStep);
+  return std::min(low, longest);
 }
 
 std::string describe(const StabilityMode& mode) {
@@ -161,8 +101,26 @@ std::string describe(const StabilityMode& mode) {
   return text;
 }
 
+// A mode with what each integrator holds of it when it is an oscillator of its own.
+StabilityMode modeOf(Complex value, double substeps) {
+  StabilityMode mode;
+  mode.frequency = std::abs(value);
+  mode.damping_ratio = -value.real() / mode.frequency;
+  const double zeta = std::clamp(mode.damping_ratio, 0.0, 1.0);
+  for (int i = 0; i < kIntegratorCount; ++i) {
+    const auto kind = static_cast<IntegratorKind>(i);
+    const bool euler = kind == IntegratorKind::kSemiImplicitEuler, implicit = kind == IntegratorKind::kLinearlyImplicit;
+    double h = explicitLimit(kind, value / mode.frequency, substeps);
+    // A real mode of semi-implicit Euler is one of a pair that the map as a whole decides on; alone, it is Euler's.
+    if (euler) h = value.imag() == 0.0 ? 2.0 : oscillatorLimit(kind, zeta);
+    mode.largest_step[i] = std::min(implicit ? kLongestImplicitStep : h / mode.frequency, kLongestStep);
+  }
+  return mode;
+}
+
 // Bounds of one state of the drive (braked, or driving) worked into the certificate.
-void bound(const MatrixXd& J, const Linearisation& linearisation, StabilityCertificate& certificate) {
+void bound(const MatrixXd& J, const Linearisation& linearisation, double substeps, bool braked,
+           StabilityCertificate& certificate) {
   const Eigen::EigenSolver<MatrixXd> solver(J);
   std::array<double, kIntegratorCount> limit;
   limit.fill(kLongestStep);
@@ -174,40 +132,34 @@ void bound(const MatrixXd& J, const Linearisation& linearisation, StabilityCerti
     if (rate < kNeutralRate || value.imag() < 0.0) continue;
     // Rounding must not turn an undamped mode into a growing one.
     if (std::abs(value.real()) < 1e-7 * rate) value = {0.0, value.imag()};
-    StabilityMode mode;
-    mode.frequency = rate;
-    mode.damping_ratio = -value.real() / rate;
-    // Coordinates of the base, joints and anchors have different units: compare speeds only, which dominate fast modes.
-    double best = -1.0;
-    int coordinate = linearisation.positions();
-    for (int c = linearisation.positions(); c < J.rows(); ++c)
-      if (std::abs(solver.eigenvectors()(c, i)) > best) {
-        best = std::abs(solver.eigenvectors()(c, i));
-        coordinate = c;
-      }
-    mode.name = linearisation.name(coordinate);
+    StabilityMode mode = modeOf(value, substeps);
+    mode.name = linearisation.modeName(solver.eigenvectors().col(i));
+    mode.braked = braked;
     certificate.modes.push_back(mode);
     // A mode that grows by itself (a vehicle about to tip) is physics, not the step's fault.
     if (value.real() > 0.0) {
       growth = std::max(growth, value.real());
       continue;
     }
-    const double explicit_limit = -2.0 * value.real() / (rate * rate);
-    const double rk4 = rk4Limit(value / rate) / rate;
-    if (explicit_limit < limit[0]) {
-      limit[0] = explicit_limit;
-      worst[0] = describe(mode);
-    }
-    if (rk4 < limit[2]) {
-      limit[2] = rk4;
-      worst[2] = describe(mode);
+    for (const IntegratorKind kind : kExplicitMethods) {
+      const auto m = static_cast<std::size_t>(kind);
+      if (mode.largest_step[m] >= limit[m]) continue;
+      limit[m] = mode.largest_step[m];
+      worst[m] = describe(mode);
     }
     if (rate > fastest) {
       fastest = rate;
-      worst[1] = describe(mode);
+      worst[static_cast<std::size_t>(IntegratorKind::kSemiImplicitEuler)] = describe(mode);
+      worst[static_cast<std::size_t>(IntegratorKind::kLinearlyImplicit)] = describe(mode);
     }
   }
-  limit[1] = semiImplicitLimit(J, linearisation.positions(), growth);
+  for (const IntegratorKind kind : {IntegratorKind::kSemiImplicitEuler, IntegratorKind::kLinearlyImplicit}) {
+    const bool implicit = kind == IntegratorKind::kLinearlyImplicit;
+    limit[static_cast<std::size_t>(kind)] =
+        mapLimit(kind, J, linearisation.positions(), growth, implicit ? kLongestImplicitStep : kLongestStep);
+    if (implicit && limit[static_cast<std::size_t>(kind)] == kLongestImplicitStep)
+      worst[static_cast<std::size_t>(kind)] = "touch-downs within a step";
+  }
   for (int i = 0; i < kIntegratorCount; ++i)
     if (limit[i] < certificate.largest_step[i] || certificate.worst[i].empty()) {
       certificate.largest_step[i] = std::min(limit[i], certificate.largest_step[i]);
@@ -222,22 +174,27 @@ const char* toString(IntegratorKind kind) {
     case IntegratorKind::kExplicitEuler: return "explicit_euler";
     case IntegratorKind::kSemiImplicitEuler: return "semi_implicit_euler";
     case IntegratorKind::kRk4: return "rk4";
+    case IntegratorKind::kRk4Events: return "rk4_events";
+    case IntegratorKind::kDormandPrince: return "dormand_prince";
+    case IntegratorKind::kLinearlyImplicit: return "linearly_implicit";
   }
   return "unknown";
 }
 
-double oscillatorLimit(IntegratorKind kind, double damping_ratio) {
+double oscillatorLimit(IntegratorKind kind, double damping_ratio, double substeps) {
   const double z = damping_ratio;
   switch (kind) {
     case IntegratorKind::kExplicitEuler: return z <= 1.0 ? 2.0 * z : 2.0 / (z + std::sqrt(z * z - 1.0));
     case IntegratorKind::kSemiImplicitEuler: return 2.0 / (std::sqrt(1.0 + z * z) + z);
-    case IntegratorKind::kRk4: break;
+    case IntegratorKind::kLinearlyImplicit: return std::numeric_limits<double>::infinity();
+    default: break;
   }
-  if (z >= 1.0) return rk4Limit({-1.0, 0.0}) / (z + std::sqrt(z * z - 1.0));
-  return rk4Limit({-z, std::sqrt(1.0 - z * z)});
+  if (z >= 1.0) return explicitLimit(kind, {-1.0, 0.0}, substeps) / (z + std::sqrt(z * z - 1.0));
+  return explicitLimit(kind, {-z, std::sqrt(1.0 - z * z)}, substeps);
 }
 
-StabilityCertificate certify(const VehicleModel& model, VehicleDynamics& dynamics, const VehicleState& rest) {
+StabilityCertificate certify(const VehicleModel& model, VehicleDynamics& dynamics, const VehicleState& rest,
+                             double substeps) {
   StabilityCertificate certificate;
   certificate.from_rest_pose = true;
   certificate.largest_step.fill(kLongestStep);
@@ -246,29 +203,64 @@ StabilityCertificate certify(const VehicleModel& model, VehicleDynamics& dynamic
     state.drive.mode = mode;
     if (mode == DriveState::Mode::kDrive) std::fill(state.motion.stretch.begin(), state.motion.stretch.end(), 0.0);
     Linearisation linearisation(model, dynamics, state);
-    bound(linearisation.jacobian(), linearisation, certificate);
+    const MatrixXd& J = linearisation.jacobian();
+    bound(J, linearisation, substeps, mode == DriveState::Mode::kBrake, certificate);
   }
   std::sort(certificate.modes.begin(), certificate.modes.end(),
             [](const StabilityMode& a, const StabilityMode& b) { return a.frequency > b.frequency; });
   return certificate;
 }
 
-StabilityCertificate certifyContactsAlone(const VehicleModel& model) {
+std::vector<std::string> describeModes(const StabilityCertificate& certificate, double dt, IntegratorKind kind,
+                                       std::size_t most) {
+  std::vector<std::string> lines;
+  std::vector<const StabilityMode*> told;
+  for (const StabilityMode& mode : certificate.modes) {
+    // Braked and driving, and left and right, have most modes in common.
+    const bool known = std::any_of(told.begin(), told.end(), [&mode](const StabilityMode* other) {
+      return std::abs(other->frequency - mode.frequency) < 0.01 * mode.frequency &&
+             std::abs(other->damping_ratio - mode.damping_ratio) < 0.01;
+    });
+    if (known || told.size() >= most) continue;
+    told.push_back(&mode);
+    std::string steps;
+    for (int i = 0; i < kIntegratorCount; ++i) {
+      char step[60];
+      std::snprintf(step, sizeof step, "%s%s %.3g", i > 0 ? ", " : "", toString(static_cast<IntegratorKind>(i)),
+                    1e3 * mode.largest_step[i]);
+      steps += step;
+    }
+    char line[400];
+    std::snprintf(line, sizeof line, "mode: %s: %.4g rad/s (%.3g Hz), damping ratio %.3g; margin %.3g; steps in ms: ",
+                  mode.name.c_str(), mode.frequency, mode.frequency / (2.0 * M_PI), mode.damping_ratio,
+                  mode.largest_step[static_cast<std::size_t>(kind)] / dt);
+    lines.push_back(line + steps);
+  }
+  return lines;
+}
+
+StabilityCertificate certifyContactsAlone(const VehicleModel& model, double substeps) {
   StabilityCertificate certificate;
   certificate.largest_step.fill(kLongestStep);
+  certificate.largest_step[static_cast<std::size_t>(IntegratorKind::kLinearlyImplicit)] = kLongestImplicitStep;
+  certificate.worst[static_cast<std::size_t>(IntegratorKind::kLinearlyImplicit)] = "touch-downs within a step";
   for (const ModelEllipsoid& ellipsoid : model.ellipsoids) {
     const ContactLaw& law = ellipsoid.law;
     const auto add = [&](const std::string& name, double k, double c, double m) {
       if (!(k > 0.0) || !(m > 0.0)) return;
       const double omega = std::sqrt(k / m);
-      const StabilityMode mode{name, omega, c / (2.0 * m * omega)};
-      certificate.modes.push_back(mode);
+      StabilityMode mode;
+      mode.name = name;
+      mode.frequency = omega;
+      mode.damping_ratio = c / (2.0 * m * omega);
       for (int i = 0; i < kIntegratorCount; ++i) {
-        const double dt = oscillatorLimit(static_cast<IntegratorKind>(i), mode.damping_ratio) / omega;
+        const double dt = oscillatorLimit(static_cast<IntegratorKind>(i), mode.damping_ratio, substeps) / omega;
+        mode.largest_step[i] = std::min(dt, kLongestStep);
         if (dt >= certificate.largest_step[i]) continue;
         certificate.largest_step[i] = dt;
         certificate.worst[i] = describe(mode);
       }
+      certificate.modes.push_back(mode);
     };
     add("contact of '" + ellipsoid.name + "'", law.stiffness, law.damping, ellipsoid.normal_mass);
     if (law.mode != FrictionMode::kViscous)

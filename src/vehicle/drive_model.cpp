@@ -185,7 +185,9 @@ void deriveDriveGains(VehicleModel& model, const SimConfig& config) {
   }
   if (driven > 0) {
     const double wanted = model.mass * radius * radius / (driven * kServoTime);
-    drive.speed_gain = std::min(wanted, kServoStep * inertia / kDefaultTick);
+    // Explicit steps bear a gain only in proportion to what it turns; an implicit one bears any.
+    const bool implicit = config.integrator == IntegratorKind::kLinearlyImplicit;
+    drive.speed_gain = implicit ? wanted : std::min(wanted, kServoStep * inertia / kDefaultTick);
     drive.integral_gain = drive.speed_gain / kServoIntegralTime;
     drive.lock_gain = kLockStep * std::min(inertia, model.mass * radius * radius) / kDefaultTick;
   }

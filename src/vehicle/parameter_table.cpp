@@ -104,7 +104,8 @@ std::string rangeText(const ParameterSpec& spec) {
   if (spec.kind == ParameterKind::kNumberList && spec.length > 0) return std::to_string(spec.length) + " numbers";
   if (spec.kind != ParameterKind::kNumber) return kindText(spec.kind);
   const bool from = std::isfinite(spec.minimum), to = std::isfinite(spec.maximum);
-  if (from && to) return numberText(spec.minimum) + " ... " + numberText(spec.maximum);
+  if (from && to)
+    return (spec.whole ? "whole numbers " : "") + numberText(spec.minimum) + " ... " + numberText(spec.maximum);
   if (from) return "at least " + numberText(spec.minimum);
   if (to) return "at most " + numberText(spec.maximum);
   return "a number";
@@ -134,6 +135,8 @@ std::optional<std::string> refusal(const ParameterSpec& spec, const ParameterVal
   }
   if (spec.kind == ParameterKind::kNumber) {
     const double number = numberOf(value);
+    if (spec.whole && std::isfinite(number) && number != std::floor(number))
+      return read + " is no whole number, allowed is " + rangeText(spec);
     // Written so that NaN fails it.
     if (std::isfinite(number) && number >= spec.minimum && number <= spec.maximum) return std::nullopt;
     return read + " is out of range, allowed is " + rangeText(spec) + (spec.unit.empty() ? "" : " [" + spec.unit + "]");

@@ -16,10 +16,19 @@ ParameterTable<SimConfig> simConfigParameters() {
           "integrator",
           {{"rk4", IntegratorKind::kRk4},
            {"semi_implicit_euler", IntegratorKind::kSemiImplicitEuler},
-           {"explicit_euler", IntegratorKind::kExplicitEuler}},
+           {"explicit_euler", IntegratorKind::kExplicitEuler},
+           {"rk4_events", IntegratorKind::kRk4Events},
+           {"dormand_prince", IntegratorKind::kDormandPrince},
+           {"linearly_implicit", IntegratorKind::kLinearlyImplicit}},
           &C::integrator,
-          "rk4 evaluates four times a tick and is the most accurate; semi_implicit_euler is "
-          "the cheapest that keeps a vehicle standing; explicit_euler is a baseline."),
+          "rk4 evaluates four times a tick; semi_implicit_euler is the cheapest that keeps a vehicle standing; "
+          "explicit_euler is a baseline; rk4_events finds the moment of touch-down and lift-off and takes smaller steps "
+          "in contact; dormand_prince chooses its steps within the tick by their error; linearly_implicit holds stiff "
+          "vehicles at large ticks. See docs/integrators.md."),
+      wholeParameter("contact_substeps", "-", 1, 64, &C::contact_substeps,
+                     "Steps to a tick while anything presses; rk4_events only."),
+      numberParameter("error_tolerance", "m", 1e-12, 1e-2, &C::error_tolerance,
+                      "Local error that a step within the tick may make; dormand_prince only."),
       flagParameter("allow_unstable", &C::allow_unstable,
                     "Run although the step cannot hold; only to show what happens then."),
       // World.

@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <limits>
 
-#include "ellipsoid_vehicle_sim/dynamics/integrator.h"
 #include "ellipsoid_vehicle_sim/vehicle/drive.h"
 #include "ellipsoid_vehicle_sim/vehicle/snapshot.h"
+#include "ellipsoid_vehicle_sim/vehicle/tick_stepper.h"
 #include "ellipsoid_vehicle_sim/vehicle/vehicle_dynamics.h"
 #include "explain_contact.h"
 #include "fnv_hash.h"
@@ -17,13 +17,6 @@ namespace ellipsoid_vehicle_sim {
 namespace {
 
 using Eigen::Vector3d;
-
-// Beyond these a state counts as exploded [m/s, rad/s, m]: ten times what any test at the extremes asks for.
-constexpr double kFastest = 1e5, kFastestSpin = 1e6, kFarthest = 1e9;
-
-bool sane(const Motion& x) {
-  return x.allFinite() && x.v_WB.norm() < kFastest && x.w_WB.norm() < kFastestSpin && x.X_WB.p.norm() < kFarthest;
-}
 
 // A flat ground of the vehicle's own, to stand on while it is certified.
 Terrain flatGround(const SimConfig& config) {
@@ -46,8 +39,8 @@ struct Simulator::Impl {
   std::unique_ptr<VehicleDynamics> dynamics;   // of the steps
   std::unique_ptr<VehicleDynamics> observer;   // of the readings: asking changes nothing
   VehicleState state, previous, home;
-  MotionRate k[4], observed;
-  Motion scratch;
+  std::unique_ptr<TickStepper> stepper;
+  MotionRate observed;
   std::int64_t step_count = 0;
   StepStatus status = StepStatus::kOk;
   StepEvents events;
@@ -60,9 +53,8 @@ struct Simulator::Impl {
   void allocate() {
     dynamics = std::make_unique<VehicleDynamics>(model, config, *terrain);
     observer = std::make_unique<VehicleDynamics>(model, config, *terrain);
-    for (MotionRate& rate : k) rate = dynamics->makeRate();
+    stepper = std::make_unique<TickStepper>(model, config, *dynamics);
     observed = dynamics->makeRate();
-    scratch = dynamics->makeMotion();
     state = previous = home = restState(model, *dynamics);
     for (const JointDescription& joint : model.description.joints)
       if (joint.type != JointType::kFixed) joint_names.push_back(joint.name);
@@ -88,13 +80,16 @@ struct Simulator::Impl {
     VehicleState rest;
     const Problems problems = settle(model, config, flat, on_flat, 0.0, 0.0, 0.0, rest);
     if (problems.empty() && config.gravity > 0.0) {
-      certificate = certify(model, on_flat, rest);
+      certificate = certify(model, on_flat, rest, static_cast<double>(config.contact_substeps));
     } else {
-      certificate = certifyContactsAlone(model);
+      certificate = certifyContactsAlone(model, static_cast<double>(config.contact_substeps));
       load_report.push_back("stability: no rest pose on flat ground (" +
                             (problems.empty() ? std::string("no gravity") : problems.front().message) +
                             "); the bounds are those of each contact alone");
     }
+    constexpr std::size_t kModesTold = 8;
+    for (const std::string& line : describeModes(certificate, config.dt, config.integrator, kModesTold))
+      load_report.push_back(line);
     for (int i = 0; i < kIntegratorCount; ++i) {
       char line[320];
       std::snprintf(line, sizeof line, "stability: %s holds steps up to %.4g s (%s)%s", toString(static_cast<IntegratorKind>(i)),
@@ -115,14 +110,6 @@ struct Simulator::Impl {
     return {{"parameter 'dt'", text}};
   }
 
-  void integrate() {
-    switch (config.integrator) {
-      case IntegratorKind::kExplicitEuler: explicitEulerStep(*dynamics, state.motion, config.dt, k, scratch); return;
-      case IntegratorKind::kSemiImplicitEuler: semiImplicitEulerStep(*dynamics, state.motion, config.dt, k, scratch); return;
-      case IntegratorKind::kRk4: rk4Step(*dynamics, state.motion, config.dt, k, scratch); return;
-    }
-  }
-
   StepStatus step() {
     if (status != StepStatus::kOk) return status;  // never build on a broken state
     // The memories of contacts change in accept() only, which hands over the old ones.
@@ -131,24 +118,20 @@ struct Simulator::Impl {
     previous.treads = state.treads;
     previous.drive = state.drive;
 
-    // One command for the whole step: every stage sees the same input.
+    // One command for the whole tick: every evaluation sees the same input.
     bool timed_out = false;
     updateDrive(model, config, state, timed_out);
-    dynamics->beginStep(state, config.dt);
-    integrate();
-    if (!sane(state.motion)) {
-      previous.memory = state.memory;
+    const TickOutcome outcome = stepper->advance(state, previous.memory);
+    if (!outcome.sane) {
       state = previous;
       status = StepStatus::kDiverged;
       return status;
     }
 
-    for (std::size_t p = 0; p < state.profiles.size(); ++p) {
-      state.profiles[p].effort = dynamics->prescribedEffort(static_cast<int>(p));
-      if (effortExceeded(model.prescribed_joints[p], state.profiles[p])) ++events.effort_exceeded;
-    }
+    events.effort_exceeded += outcome.effort_exceeded;
     events.command_timeouts += timed_out ? 1 : 0;
-    events.passed_through += dynamics->accept(state, config.dt, previous.memory);
+    events.passed_through += outcome.passed_through;
+    events.floor_steps += outcome.floor_steps;
     ++step_count;
     observed_fresh = false;
     return status;
@@ -218,7 +201,7 @@ Problems Simulator::place(const Pose& X_WR, const Vector3d& v_WR_W, const Vector
   placed.motion.X_WB = X_WR_unit * impl_->model.X_BR.inverse();
   placed.motion.w_WB = w_WR_W;
   placed.motion.v_WB = v_WR_W + w_WR_W.cross(placed.motion.X_WB.p - X_WR.p);
-  if (!sane(placed.motion)) return {{"place", "position or velocity is out of all bounds"}};
+  if (!isSane(placed.motion)) return {{"place", "position or velocity is out of all bounds"}};
   impl_->observer->beginStep(placed, 0.0);
   impl_->observer->accept(placed, 0.0);
   impl_->becomeHome(placed);

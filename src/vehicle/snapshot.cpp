@@ -12,7 +12,7 @@ namespace ellipsoid_vehicle_sim {
 namespace {
 
 constexpr const char* kMark = "ellipsoid_vehicle_sim state";
-constexpr std::uint64_t kVersion = 1;
+constexpr std::uint64_t kVersion = 2;
 
 /// What a snapshot belongs to.
 struct Identity {
@@ -253,7 +253,8 @@ std::vector<std::uint8_t> toBytes(const Snapshot& snapshot, const Simulator& sim
   visitFields(snapshot.home, fields);
   const StepEvents& events = snapshot.events;
   for (const std::int64_t count :
-       {events.passed_through, events.effort_exceeded, events.command_timeouts, events.rejected_commands})
+       {events.passed_through, events.effort_exceeded, events.command_timeouts, events.rejected_commands,
+        events.floor_steps})
     out.add(count);
   out.add(snapshot.friction_scale);
   out.add(snapshot.extra);
@@ -299,7 +300,8 @@ Loaded<Snapshot> fromBytes(const std::vector<std::uint8_t>& bytes, const Simulat
   visitFields(snapshot.home, fields);
   StepEvents& events = snapshot.events;
   for (std::int64_t* count :
-       {&events.passed_through, &events.effort_exceeded, &events.command_timeouts, &events.rejected_commands})
+       {&events.passed_through, &events.effort_exceeded, &events.command_timeouts, &events.rejected_commands,
+        &events.floor_steps})
     *count = static_cast<std::int64_t>(in.whole());
   snapshot.friction_scale = in.number();
   snapshot.extra = in.block();

@@ -359,16 +359,16 @@ void VehicleDynamics::combine(MotionRate (&k)[4]) const {
 }
 
 // The paths of the tick end exactly where their formula says.
-void VehicleDynamics::carryEnds(VehicleState& state, double dt) const {
+void VehicleDynamics::carryEnds(VehicleState& state, double dt, bool ends_tick) const {
   for (ProfileState& p : state.profiles) {
     p.position += dt * (p.velocity + 0.5 * dt * p.acceleration);
     p.velocity += dt * p.acceleration;
-    p.acceleration = 0.0;
+    if (ends_tick) p.acceleration = 0.0;
   }
   for (TreadState& tread : state.treads) {
     tread.angle += dt * (tread.speed + 0.5 * dt * tread.acceleration);
     tread.speed += dt * tread.acceleration;
-    tread.acceleration = 0.0;
+    if (ends_tick) tread.acceleration = 0.0;
   }
 }
 
@@ -409,9 +409,9 @@ double VehicleDynamics::freeTreadSpeed(const Motion& x, int ellipsoid) const {
                       : frozen_->treads[model_.ellipsoids[ellipsoid].tread].speed;
 }
 
-int VehicleDynamics::accept(VehicleState& state, double dt, std::vector<ContactMemory>& before) {
+int VehicleDynamics::accept(VehicleState& state, double dt, std::vector<ContactMemory>& before, bool ends_tick) {
   Motion& x = state.motion;
-  carryEnds(state, dt);
+  carryEnds(state, dt, ends_tick);
   before.resize(state.memory.size());
   before.swap(state.memory);
   frozen_ = &state;

@@ -8,6 +8,9 @@
 namespace ellipsoid_vehicle_sim {
 namespace {
 
+// Beyond these a state counts as exploded [m/s, rad/s, m]: ten times what any test at the extremes asks for.
+constexpr double kFastest = 1e5, kFastestSpin = 1e6, kFarthest = 1e9;
+
 bool finite(const std::vector<double>& values) {
   for (const double value : values)
     if (!std::isfinite(value)) return false;
@@ -52,6 +55,39 @@ void retract(const Motion& x, double h, const MotionRate& rate, Motion& result) 
   }
   for (std::size_t i = 0; i < x.anchor.size(); ++i)
     for (int j = 0; j < kMaxContactsPerEllipsoid; ++j) result.anchor[i][j] = x.anchor[i][j] + h * rate.anchor[i][j];
+}
+
+void weightedSum(const double* weights, const MotionRate* k, int n, MotionRate& sum) {
+  const std::size_t joints = sum.q.size(), ellipsoids = sum.anchor.size();
+  bool first = true;
+  for (int s = 0; s < n; ++s) {
+    const double w = weights[s];
+    if (w == 0.0) continue;
+    const MotionRate& r = k[s];
+    const auto add = [w, first](auto& total, const auto& value) {
+      if (first) {
+        total = w * value;
+      } else {
+        total += w * value;
+      }
+    };
+    add(sum.v, r.v);
+    add(sum.w, r.w);
+    add(sum.a, r.a);
+    add(sum.alpha, r.alpha);
+    for (std::size_t i = 0; i < joints; ++i) {
+      add(sum.q[i], r.q[i]);
+      add(sum.qd[i], r.qd[i]);
+      add(sum.stretch[i], r.stretch[i]);
+    }
+    for (std::size_t i = 0; i < ellipsoids; ++i)
+      for (int j = 0; j < kMaxContactsPerEllipsoid; ++j) add(sum.anchor[i][j], r.anchor[i][j]);
+    first = false;
+  }
+}
+
+bool isSane(const Motion& x) {
+  return x.allFinite() && x.v_WB.norm() < kFastest && x.w_WB.norm() < kFastestSpin && x.X_WB.p.norm() < kFarthest;
 }
 
 std::uint64_t hashOf(const VehicleState& state) {

@@ -46,6 +46,8 @@ void integrate(IntegratorKind kind, System& system, typename System::State& x, d
       return semiImplicitEulerStep(system, x, dt, k, scratch);
     case IntegratorKind::kRk4:
       return rk4Step(system, x, dt, k, scratch);
+    default:
+      FAIL() << toString(kind) << " is no formula of one step";
   }
 }
 
@@ -113,7 +115,7 @@ TEST(Integrator, AmplitudePerStepFollowsTheAmplificationFactor) {
 
 TEST(Integrator, ObservedOrdersAreOneOneAndFour) {
   const double expected[] = {1.0, 1.0, 4.0};
-  for (const IntegratorKind kind : allIntegrators()) {
+  for (const IntegratorKind kind : oneStepIntegrators()) {
     const double coarse = largestError(kind, 0.02, 300), fine = largestError(kind, 0.01, 600);
     EXPECT_NEAR(std::log2(coarse / fine), expected[static_cast<int>(kind)], 0.05) << toString(kind);
   }
@@ -141,7 +143,7 @@ double largestErrorInTheSimulator(IntegratorKind kind, int steps) {
 
 TEST(Integrator, ErrorThroughTheWholeSimulatorIsTheSame) {
   // Rounding of the joint's own scale: 1e-16 m over a millimetre of amplitude.
-  for (const IntegratorKind kind : allIntegrators()) {
+  for (const IntegratorKind kind : oneStepIntegrators()) {
     const int steps = stepsOf(10);
     const double alone = largestError(kind, kStep, steps);
     EXPECT_NEAR(largestErrorInTheSimulator(kind, steps), alone, 1e-6 * alone + 1e-9) << toString(kind);
@@ -186,7 +188,7 @@ Quaterniond attitudeAfter(IntegratorKind kind, double seconds, int steps) {
 TEST(Integrator, RotationsHaveTheOrderOfTheMethod) {
   const Quaterniond exact = attitudeAfter(IntegratorKind::kRk4, 2.0, 20000);
   const double expected[] = {1.0, 1.0, 4.0};
-  for (const IntegratorKind kind : allIntegrators()) {
+  for (const IntegratorKind kind : oneStepIntegrators()) {
     const int steps = kind == IntegratorKind::kRk4 ? 50 : 2000;
     const double coarse = exact.angularDistance(attitudeAfter(kind, 2.0, steps));
     const double fine = exact.angularDistance(attitudeAfter(kind, 2.0, 2 * steps));
@@ -212,7 +214,7 @@ TEST(Integrator, ConstantTurningIsExactForEveryMethod) {
   struct Turning : FreeRotation {
     void rate(const State& s, double, Rate& k) { k = {s.w, Vector3d::Zero()}; }
   };
-  for (const IntegratorKind kind : allIntegrators()) {
+  for (const IntegratorKind kind : oneStepIntegrators()) {
     Turning body;
     FreeRotation::State s;
     s.w = {3.0, -2.0, 1.0};

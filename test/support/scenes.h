@@ -184,8 +184,14 @@ inline void run(Simulator& simulator, double seconds) {
     if (simulator.step() != StepStatus::kOk) throw std::runtime_error("the simulation diverged");
 }
 
-inline std::vector<IntegratorKind> allIntegrators() {
+/// Those that take the tick as a whole, in one formula.
+inline std::vector<IntegratorKind> oneStepIntegrators() {
   return {IntegratorKind::kExplicitEuler, IntegratorKind::kSemiImplicitEuler, IntegratorKind::kRk4};
+}
+
+inline std::vector<IntegratorKind> allIntegrators() {
+  return {IntegratorKind::kExplicitEuler, IntegratorKind::kSemiImplicitEuler, IntegratorKind::kRk4,
+          IntegratorKind::kRk4Events,     IntegratorKind::kDormandPrince,     IntegratorKind::kLinearlyImplicit};
 }
 
 }  // namespace ellipsoid_vehicle_sim::test

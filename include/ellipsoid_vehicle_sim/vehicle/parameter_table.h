@@ -38,6 +38,7 @@ struct ParameterSpec {
   std::vector<std::string> choices;  ///< kChoice only.
   std::size_t length = 0;            ///< of a kNumberList; 0: any.
   bool running = false;              ///< may change while the simulation runs.
+  bool whole = false;                ///< a kNumber without a fraction.
 };
 
 /// One row: the spec, and how to write it into and read it from `Options`.
@@ -123,6 +124,25 @@ Parameter<Options> numberParameter(std::string key, std::string unit, double min
         if (!(options.*member)) return std::nullopt;
         return *(options.*member);
       }};
+}
+
+/// A whole number.
+template <typename Options>
+Parameter<Options> wholeParameter(std::string key, std::string unit, std::int64_t minimum, std::int64_t maximum,
+                                  std::int64_t Options::*member, std::string description) {
+  ParameterSpec spec;
+  spec.key = std::move(key);
+  spec.kind = ParameterKind::kNumber;
+  spec.unit = std::move(unit);
+  spec.description = std::move(description);
+  spec.minimum = static_cast<double>(minimum);
+  spec.maximum = static_cast<double>(maximum);
+  spec.whole = true;
+  return {spec,
+          [member](Options& options, const ParameterValue& value) {
+            options.*member = static_cast<std::int64_t>(numberOf(value));
+          },
+          [member](const Options& options) -> std::optional<ParameterValue> { return options.*member; }};
 }
 
 /// A number inside a struct of the options.

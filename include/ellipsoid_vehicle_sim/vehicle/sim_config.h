@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -10,7 +11,10 @@
 
 namespace ellipsoid_vehicle_sim {
 
-enum class IntegratorKind { kExplicitEuler, kSemiImplicitEuler, kRk4 };
+/// How a tick is integrated; docs/integrators.md says what each is for.
+enum class IntegratorKind { kExplicitEuler, kSemiImplicitEuler, kRk4, kRk4Events, kDormandPrince, kLinearlyImplicit };
+constexpr int kIntegratorCount = 6;
+
 enum class Differential { kOpen, kLocked, kPerWheel };
 
 /// Everything that defines a run besides the vehicle and the world. SI units. An empty optional means: derived at load
@@ -19,6 +23,8 @@ struct SimConfig {
   // Time.
   double dt = 1e-3;                                         ///< tick [s], 1e-6 ... 0.1.
   IntegratorKind integrator = IntegratorKind::kRk4;
+  std::int64_t contact_substeps = 4;                        ///< rk4_events: steps to a tick while anything presses, 1 ... 64.
+  double error_tolerance = 1e-6;                            ///< dormand_prince: local error of a step [m].
   bool allow_unstable = false;                              ///< run although the certificate says the step cannot hold.
 
   // World.

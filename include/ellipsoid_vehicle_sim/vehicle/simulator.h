@@ -77,6 +77,7 @@ struct StepEvents {
   std::int64_t effort_exceeded = 0;   ///< ticks in which a prescribed joint needed more than its effort limit and held.
   std::int64_t command_timeouts = 0;  ///< times the command got too old and the brakes came on.
   std::int64_t rejected_commands = 0; ///< non-finite commands, dropped.
+  std::int64_t floor_steps = 0;       ///< steps within a tick at the smallest size, less exact than the method promises.
 };
 
 struct Snapshot;  // snapshot.h

@@ -49,16 +49,25 @@ class VehicleDynamics {
   void advancePositions(Motion& x, double h, const MotionRate& k) const;
   void toTangent(double h, const MotionRate& previous, MotionRate& k) const;
   void combine(MotionRate (&k)[4]) const;
+  void weightedSum(const double* weights, const MotionRate* k, int n, MotionRate& sum) const {
+    ellipsoid_vehicle_sim::weightedSum(weights, k, n, sum);
+  }
 
   /// Ends a step: contacts at the new pose with the old memory, then the new memory, anchors and holds. `state.motion` is the
   /// new one; its memory is still that of the last step, which `before` gets (what stood there is room for the new one).
+  /// Accelerations of prescribed motion hold until the end of the tick: a step that does not end it keeps them.
   /// Returns how many ellipsoid centres went through a triangle.
-  int accept(VehicleState& state, double dt, std::vector<ContactMemory>& before);
-  int accept(VehicleState& state, double dt) { return accept(state, dt, retired_); }
+  int accept(VehicleState& state, double dt, std::vector<ContactMemory>& before, bool ends_tick = true);
+  int accept(VehicleState& state, double dt, bool ends_tick = true) { return accept(state, dt, retired_, ends_tick); }
 
   /// Evaluates at the state itself; afterwards the queries below answer for it.
   void evaluate(const VehicleState& state, MotionRate& k);
   const std::vector<ActiveContact>& activeContacts() const { return active_; }
+  /// Speed at which the vehicle's surface sinks into an active contact, x being the state last evaluated [m/s].
+  double sinkingSpeed(const Motion& x, const ActiveContact& active) const {
+    const Vec3 v = pointVelocity(x, model_.ellipsoids[active.ellipsoid].body, Vec3::from(active.p_OC));
+    return -dot(Vec3::from(active.contact.nhat_W), v);
+  }
   const std::vector<double>& jointEfforts() const { return joint_effort_; }
   const std::vector<double>& motorTorques() const { return motor_torque_; }
   double prescribedEffort(int prescribed) const;
@@ -76,7 +85,7 @@ class VehicleDynamics {
   void prescribe(double fraction);
   void pose(const Motion& x);
   void move(const Motion& x);
-  void carryEnds(VehicleState& state, double dt) const;
+  void carryEnds(VehicleState& state, double dt, bool ends_tick) const;
   Vec3 pointVelocity(const Motion& x, int body, const Vec3& p_OX) const;
   void findAll(bool at_remembered_pose);
   void applyContacts(const Motion& x);

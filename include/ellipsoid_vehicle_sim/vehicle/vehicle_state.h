@@ -88,6 +88,12 @@ struct VehicleState {
 /// x advanced along `rate` for h seconds; rotation on its manifold. `x` and `result` may not be the same object.
 void retract(const Motion& x, double h, const MotionRate& rate, Motion& result);
 
+/// sum = w0 k0 + ... + w(n-1) k(n-1); weights of zero are skipped.
+void weightedSum(const double* weights, const MotionRate* k, int n, MotionRate& sum);
+
+/// Finite, and not beyond what any vehicle does: an exploded state is recognised before it overflows.
+bool isSane(const Motion& x);
+
 /// FNV-1a over every bit of the state [FowlerNollVo].
 std::uint64_t hashOf(const VehicleState& state);
 
