@@ -123,7 +123,7 @@ double TickStepper::nextStep(const VehicleState& state, double h, double& crossi
     return h;
   }
   if (pressed_ != 0 || always_substep_) {
-    const double part = config_.dt / static_cast<double>(config_.contact_substeps);
+    const double part = config_.dt / config_.contact_substeps;
     // What would be left over of the tick is rounding.
     if (h - part > kLocated * config_.dt) h = part;
   }

@@ -13,6 +13,9 @@ namespace {
 using Eigen::Vector3d;
 
 // A speed servo answers within this time [s], unless its wheel is too light for that at the default tick.
+// With linearly_implicit a wheel counts as light below this part of what it carries, and its servo is made for the load
+// instead of the wheel; heavier ones are the same with every integrator [-].
+constexpr double kLightWheel = 0.01;
 constexpr double kServoTime = 0.1;
 constexpr double kServoStep = 0.4;
 // Integral part: forgets a constant load (a slope) within this time [s].
@@ -174,6 +177,7 @@ DriveModel buildDriveModel(VehicleModel& model, const std::vector<int>& owner_jo
 
 void deriveDriveGains(VehicleModel& model, const SimConfig& config) {
   DriveModel& drive = model.drive;
+  const bool implicit = config.integrator == IntegratorKind::kLinearlyImplicit;
   int driven = 0;
   double inertia = 1e300, radius = 0.0, mean_x = 0.0;
   for (const WheelUnit& wheel : drive.wheels) {
@@ -186,8 +190,8 @@ void deriveDriveGains(VehicleModel& model, const SimConfig& config) {
   if (driven > 0) {
     const double wanted = model.mass * radius * radius / (driven * kServoTime);
     // Explicit steps bear a gain only in proportion to what it turns; an implicit one bears any.
-    const bool implicit = config.integrator == IntegratorKind::kLinearlyImplicit;
-    drive.speed_gain = implicit ? wanted : std::min(wanted, kServoStep * inertia / kDefaultTick);
+    const bool light = implicit && inertia < kLightWheel * model.mass * radius * radius / driven;
+    drive.speed_gain = light ? wanted : std::min(wanted, kServoStep * inertia / kDefaultTick);
     drive.integral_gain = drive.speed_gain / kServoIntegralTime;
     drive.lock_gain = kLockStep * std::min(inertia, model.mass * radius * radius) / kDefaultTick;
   }

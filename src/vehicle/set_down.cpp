@@ -154,7 +154,7 @@ Problems settle(const VehicleModel& model, const SimConfig& config, const Terrai
   // Let down: brakes on, friction that holds, extra damping. Statics do not depend on how it got there.
   dynamics.overrideFriction(FrictionMode::kAnchored);
   const double explicit_step = settlingStep(model);
-  const bool stiff = explicit_step < kSmallestSettlingStep;
+  const bool stiff = explicit_step < kSmallestSettlingStep || config.integrator == IntegratorKind::kLinearlyImplicit;
   const double dt = stiff ? kDefaultTick : explicit_step;
   SimConfig settling = config;
   settling.integrator = IntegratorKind::kLinearlyImplicit;

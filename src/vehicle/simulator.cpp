@@ -80,9 +80,9 @@ struct Simulator::Impl {
     VehicleState rest;
     const Problems problems = settle(model, config, flat, on_flat, 0.0, 0.0, 0.0, rest);
     if (problems.empty() && config.gravity > 0.0) {
-      certificate = certify(model, on_flat, rest, static_cast<double>(config.contact_substeps));
+      certificate = certify(model, on_flat, rest, config.contact_substeps);
     } else {
-      certificate = certifyContactsAlone(model, static_cast<double>(config.contact_substeps));
+      certificate = certifyContactsAlone(model, config.contact_substeps);
       load_report.push_back("stability: no rest pose on flat ground (" +
                             (problems.empty() ? std::string("no gravity") : problems.front().message) +
                             "); the bounds are those of each contact alone");

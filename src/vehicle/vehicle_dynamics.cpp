@@ -20,6 +20,7 @@ VehicleDynamics::VehicleDynamics(const VehicleModel& model, const SimConfig& con
       gravity_W_{0.0, 0.0, -config.gravity},
       prescribed_(std::max(model.prescribed_joints.size(), model.bodies.size())),
       posed_(model.ellipsoids.size()),
+      retired_(model.ellipsoids.size()),
       contacts_(model.ellipsoids.size()),
       finder_(model.ellipsoids.size()),
       joint_effort_(model.dynamic_joints.size(), 0.0),

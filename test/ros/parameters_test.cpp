@@ -45,6 +45,7 @@ TEST(Parameters, EveryRowReadsBackWhatItWrote) {
           break;
         case ParameterKind::kNumber:
           value = row.spec.minimum + 0.25 * (row.spec.maximum - row.spec.minimum);
+          if (row.spec.whole) value = std::floor(std::get<double>(value));
           break;
         case ParameterKind::kChoice:
           value = row.spec.choices.back();
@@ -90,7 +91,8 @@ TEST(Parameters, MisspeltKeyIsRefusedWithTheRightOne) {
 
 TEST(Parameters, MisspeltChoiceIsRefusedWithTheRightOne) {
   const std::string text = problemsOf({{"integrator", std::string("rk5")}});
-  EXPECT_NE(text.find("'rk5' is unknown, allowed is rk4 | semi_implicit_euler | explicit_euler; did you mean 'rk4'?"),
+  EXPECT_NE(text.find("'rk5' is unknown, allowed is rk4 | semi_implicit_euler | explicit_euler | rk4_events | "
+                      "dormand_prince | linearly_implicit; did you mean 'rk4'?"),
             std::string::npos)
       << text;
 }
@@ -99,6 +101,13 @@ TEST(Parameters, ValueOutOfRangeIsRefusedWithTheRangeAndUnit) {
   EXPECT_EQ(problemsOf({{"dt", -0.001}}), "~dt: '-0.001' is out of range, allowed is 1.0e-06 ... 0.1 [s]\n");
   EXPECT_NE(problemsOf({{"dt", std::nan("")}}).find("out of range"), std::string::npos);
   EXPECT_NE(problemsOf({{"publish_rate", std::int64_t{0}}}).find("out of range"), std::string::npos);
+}
+
+TEST(Parameters, WholeNumbersHaveNoFraction) {
+  EXPECT_EQ(problemsOf({{"contact_substeps", 2.5}}),
+            "~contact_substeps: '2.5' is no whole number, allowed is whole numbers 1 ... 64\n");
+  EXPECT_NE(problemsOf({{"contact_substeps", std::int64_t{65}}}).find("whole numbers 1 ... 64"), std::string::npos);
+  EXPECT_EQ(problemsOf({{"contact_substeps", std::int64_t{8}}}), "");
 }
 
 TEST(Parameters, WrongTypeIsRefusedAndTheYamlTrapExplained) {

@@ -86,7 +86,7 @@ TEST(Linearisation, PredictedSpectralRadiusIsThatOfRealSteps) {
         Linearisation linearisation(standing.model, *standing.dynamics, standing.state);
         const MatrixXd J = linearisation.jacobian();
         const double predicted = spectralRadius(
-            stepMap(kind, J, linearisation.positions(), config.dt, static_cast<double>(config.contact_substeps)), config.dt);
+            stepMap(kind, J, linearisation.positions(), config.dt, config.contact_substeps), config.dt);
         const double real = spectralRadius(differencedMap(standing, linearisation), config.dt);
         EXPECT_NEAR(real, predicted, 0.02 * predicted)
             << toString(kind) << (vehicle ? ", car" : ", body") << ", " << part << " of the limit " << limit;

@@ -126,23 +126,14 @@ Parameter<Options> numberParameter(std::string key, std::string unit, double min
       }};
 }
 
-/// A whole number.
+/// A number without a fraction.
 template <typename Options>
-Parameter<Options> wholeParameter(std::string key, std::string unit, std::int64_t minimum, std::int64_t maximum,
-                                  std::int64_t Options::*member, std::string description) {
-  ParameterSpec spec;
-  spec.key = std::move(key);
-  spec.kind = ParameterKind::kNumber;
-  spec.unit = std::move(unit);
-  spec.description = std::move(description);
-  spec.minimum = static_cast<double>(minimum);
-  spec.maximum = static_cast<double>(maximum);
-  spec.whole = true;
-  return {spec,
-          [member](Options& options, const ParameterValue& value) {
-            options.*member = static_cast<std::int64_t>(numberOf(value));
-          },
-          [member](const Options& options) -> std::optional<ParameterValue> { return options.*member; }};
+Parameter<Options> wholeParameter(std::string key, std::string unit, double minimum, double maximum,
+                                  double Options::*member, std::string description) {
+  Parameter<Options> row =
+      numberParameter(std::move(key), std::move(unit), minimum, maximum, member, std::move(description));
+  row.spec.whole = true;
+  return row;
 }
 
 /// A number inside a struct of the options.

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -23,7 +22,7 @@ struct SimConfig {
   // Time.
   double dt = 1e-3;                                         ///< tick [s], 1e-6 ... 0.1.
   IntegratorKind integrator = IntegratorKind::kRk4;
-  std::int64_t contact_substeps = 4;                        ///< rk4_events: steps to a tick while anything presses, 1 ... 64.
+  double contact_substeps = 4.0;                            ///< whole number; rk4_events: steps to a tick while anything presses, 1 ... 64.
   double error_tolerance = 1e-6;                            ///< dormand_prince: local error of a step [m].
   bool allow_unstable = false;                              ///< run although the certificate says the step cannot hold.
 

@@ -1,0 +1,155 @@
+#include "ellipsoid_vehicle_sim/trade/cost_split.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "ellipsoid_vehicle_sim/contact/contact_force.h"
+#include "ellipsoid_vehicle_sim/contact/find_contacts.h"
+#include "ellipsoid_vehicle_sim/trade/measured_run.h"
+#include "ellipsoid_vehicle_sim/trade/study.h"
+#include "ellipsoid_vehicle_sim/vehicle/vehicle_dynamics.h"
+
+namespace ellipsoid_vehicle_sim {
+namespace {
+
+constexpr double kStep = 1e-3;
+// States along the scene at which the parts are repeated.
+constexpr int kStates = 40;
+
+/// How often a step asks for each part; see VehicleDynamics: contacts of the step's start are remembered, not searched.
+struct Evaluations {
+  const char* integrator;
+  double searches, forces, dynamics;
+};
+constexpr Evaluations kEvaluations[] = {{"semi_implicit_euler", 1.0, 2.0, 1.0}, {"rk4", 4.0, 4.0, 4.0}};
+
+/// CPU times of one search, one set of forces, one forward dynamics of a vehicle at a state [s].
+class Parts {
+ public:
+  Parts(const Simulator& simulator)
+      : simulator_(simulator),
+        dynamics_(simulator.model(), simulator.config(), simulator.terrain()),
+        rate_(dynamics_.makeRate()),
+        finders_(simulator.model().ellipsoids.size()),
+        prescribed_(std::max(simulator.model().prescribed_joints.size(), simulator.model().bodies.size())) {}
+
+  /// Adds the times at the present state, each repeated `times` times.
+  void add(int times) {
+    const VehicleState& state = simulator_.state();
+    const VehicleModel& model = simulator_.model();
+    const SimConfig& config = simulator_.config();
+    dynamics_.evaluate(state, rate_);
+    const ContactOptions options{config.contact_rule, config.contacts_per_ellipsoid, config.contact_memory,
+                                 config.candidate_cache};
+    const std::vector<PosedEllipsoid>& posed = dynamics_.posedEllipsoids();
+    double depth = 0.0;
+    double begun = threadTime();
+    for (int i = 0; i < times; ++i)
+      for (std::size_t e = 0; e < posed.size(); ++e)
+        depth += findContacts(posed[e], state.memory[e], simulator_.terrain(), options, finders_[e]).count;
+    search += (threadTime() - begun) / times;
+
+    FrictionCoefficients mu;
+    mu.mu_static = config.mu_static;
+    mu.mu_kinetic = config.mu_kinetic;
+    mu.stribeck_speed = config.stribeck_speed;
+    begun = threadTime();
+    for (int i = 0; i < times; ++i)
+      for (const ActiveContact& active : dynamics_.activeContacts())
+        depth += contactForce(model.ellipsoids[static_cast<std::size_t>(active.ellipsoid)].law, mu, active.contact.nhat_W,
+                              active.contact.pressed, active.contact.share, state.motion.v_WB, state.motion.v_WB,
+                              active.anchor_W)
+                     .normal;
+    force += (threadTime() - begun) / times;
+
+    ArticulatedBody tree = dynamics_.tree();
+    for (std::size_t p = 0; p < state.profiles.size(); ++p)
+      prescribed_[p] = {state.profiles[p].position, state.profiles[p].velocity, state.profiles[p].acceleration};
+    const Frame3 R_WB = columns(state.motion.X_WB.q.toRotationMatrix());
+    const Vec3 w_B = toFrame(R_WB, Vec3::from(state.motion.w_WB));
+    std::vector<double> qdd(std::max<std::size_t>(1, state.motion.q.size()));
+    begun = threadTime();
+    for (int i = 0; i < times; ++i) {
+      tree.positions(state.motion.q.data(), prescribed_.data());
+      tree.velocities(w_B, state.motion.qd.data(), prescribed_.data());
+      depth += tree.accelerations(dynamics_.jointEfforts().data(), prescribed_.data(), Vec3{0.0, 0.0, -9.8}, qdd.data())
+                   .linear.x;
+    }
+    forward += (threadTime() - begun) / times;
+    ++states;
+    // What is worked out is used: no compiler may leave it out.
+    used += depth;
+  }
+
+  double search = 0.0, force = 0.0, forward = 0.0, used = 0.0;
+  int states = 0;
+
+ private:
+  const Simulator& simulator_;
+  VehicleDynamics dynamics_;
+  MotionRate rate_;
+  std::vector<ContactFinder> finders_;
+  std::vector<PrescribedMotion> prescribed_;
+};
+
+}  // namespace
+
+std::vector<CostSplit> splitCost(const LoadedScene& loaded, double budget) {
+  std::vector<CostSplit> splits;
+  for (const Evaluations& evaluations : kEvaluations) {
+    Setting setting;
+    setting.integrator = evaluations.integrator;
+    setting.dt = kStep;
+    SimConfig config = configAt(loaded.scene, setting);
+    config.allow_unstable = true;
+    Loaded<Simulator> started = startScene(loaded, config);
+    if (!started) continue;
+    Simulator& simulator = *started.value;
+    Parts parts(simulator);
+    const std::int64_t ticks = std::min<std::int64_t>(sceneTicks(loaded.scene, kStep), 5000);
+    const std::int64_t per_state = std::max<std::int64_t>(1, ticks / kStates);
+    constexpr int kRepeats = 20;
+    double spent = 0.0;
+    std::int64_t done = 0;
+    for (; done < ticks && spent < budget; ++done) {
+      commandScene(loaded.scene, static_cast<double>(done) * kStep, kStep, simulator);
+      const double begun = threadTime();
+      if (simulator.step() != StepStatus::kOk) break;
+      spent += threadTime() - begun;
+      if (done % per_state == per_state / 2) parts.add(kRepeats);
+    }
+    if (done == 0 || parts.states == 0) continue;
+    // Apart from the clock's own cost: the same ticks without looking at each.
+    simulator.reset();
+    const double begun = threadTime();
+    for (std::int64_t tick = 0; tick < done; ++tick) {
+      commandScene(loaded.scene, static_cast<double>(tick) * kStep, kStep, simulator);
+      simulator.step();
+    }
+    CostSplit split;
+    split.scene = loaded.scene.name;
+    split.integrator = evaluations.integrator;
+    split.dt = kStep;
+    split.step = (threadTime() - begun) / static_cast<double>(done);
+    const double whole = split.step * parts.states;
+    split.collision = evaluations.searches * parts.search / whole;
+    split.force = evaluations.forces * parts.force / whole;
+    split.dynamics = evaluations.dynamics * parts.forward / whole;
+    split.integration = std::max(0.0, 1.0 - split.collision - split.force - split.dynamics);
+    splits.push_back(split);
+  }
+  return splits;
+}
+
+std::string costSplitCsv(const std::vector<CostSplit>& splits) {
+  std::string table = "scene,integrator,dt,cpu_us_per_step,collision,force,dynamics,integration\n";
+  for (const CostSplit& s : splits) {
+    char line[256];
+    std::snprintf(line, sizeof line, "%s,%s,%g,%.4g,%.3f,%.3f,%.3f,%.3f\n", s.scene.c_str(), s.integrator.c_str(), s.dt,
+                  1e6 * s.step, s.collision, s.force, s.dynamics, s.integration);
+    table += line;
+  }
+  return table;
+}
+
+}  // namespace ellipsoid_vehicle_sim
