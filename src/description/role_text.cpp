@@ -112,7 +112,11 @@ std::vector<std::string> jointTable(const VehicleDescription& vehicle) {
                     j.role_reason);
   }
   lines.push_back(std::to_string(fixed) + (fixed == 1 ? " fixed joint, " : " fixed joints, ") +
-                  "layout: " + toString(vehicle.layout));
+                  "layout: " + toString(vehicle.layout) +
+                  (vehicle.layout_text == toString(vehicle.layout) ? "" : " (" + vehicle.layout_text + ")"));
+  if (vehicle.forward_yaw != 0.0)
+    lines.push_back("forward: " + axisText({std::cos(vehicle.forward_yaw), std::sin(vehicle.forward_yaw), 0.0}) +
+                    " of the root link; axes above are as seen looking forward");
   return lines;
 }
 

@@ -1,3 +1,4 @@
+#include <cstring>
 #include <set>
 
 #include "ellipsoid_vehicle_sim/description/number_text.h"
@@ -121,7 +122,7 @@ void readTransmission(const XMLElement& element, std::vector<TransmissionText>& 
   for (auto* joint = element.FirstChildElement("joint"); joint; joint = joint->NextSiblingElement("joint")) {
     const char* name = joint->Attribute("name");
     if (!name) continue;
-    TransmissionText transmission{name, joint->GetLineNum(), false};
+    TransmissionText transmission{name, joint->GetLineNum(), false, "<transmission>"};
     for (auto* i = joint->FirstChildElement("hardwareInterface"); i; i = i->NextSiblingElement("hardwareInterface")) {
       const char* text = i->GetText();
       if (text && std::string(text).find("VelocityJointInterface") != std::string::npos) {
@@ -129,6 +130,34 @@ void readTransmission(const XMLElement& element, std::vector<TransmissionText>& 
       }
     }
     transmissions.push_back(transmission);
+  }
+}
+
+void readRos2Control(const XMLElement& element, std::vector<TransmissionText>& transmissions) {
+  for (auto* joint = element.FirstChildElement("joint"); joint; joint = joint->NextSiblingElement("joint")) {
+    const char* name = joint->Attribute("name");
+    const XMLElement* command = joint->FirstChildElement("command_interface");
+    if (!name || !command) continue;
+    bool velocity = false;
+    for (; command; command = command->NextSiblingElement("command_interface"))
+      velocity |= command->Attribute("name", "velocity") != nullptr;
+    transmissions.push_back({name, joint->GetLineNum(), velocity, "<ros2_control>"});
+  }
+}
+
+/// The joints that Gazebo's plugin of a drive is told to turn: <leftJoint>, <right_joint>, <frontLeftJoint>, ...
+void readDrivePlugins(const XMLElement& gazebo, std::vector<TransmissionText>& transmissions) {
+  for (auto* plugin = gazebo.FirstChildElement("plugin"); plugin; plugin = plugin->NextSiblingElement("plugin")) {
+    const char* file = plugin->Attribute("filename");
+    if (!file || !std::strstr(file, "drive")) continue;
+    for (auto* e = plugin->FirstChildElement(); e; e = e->NextSiblingElement()) {
+      const std::string tag = e->Name();
+      const bool side = tag.find("eft") != std::string::npos || tag.find("ight") != std::string::npos ||
+                        tag.find("wheel") != std::string::npos || tag.find("actuated") != std::string::npos;
+      const bool joint = tag.find("oint") != std::string::npos && tag.find("steer") == std::string::npos;
+      if (side && joint && e->GetText())
+        transmissions.push_back({e->GetText(), e->GetLineNum(), true, "drive plugin"});
+    }
   }
 }
 

@@ -133,7 +133,7 @@ Loaded<VehicleDescription> load(const std::string& text, const std::string& file
   if (!urdf) return result;
 
   // Everything that can be said about the file by itself, before the first refusal stops the work.
-  const RoleHints hints{urdf->transmissions, options.roles, options.drive_joints};
+  const RoleHints hints{urdf->transmissions, options.roles, options.drive_joints, options.forward_yaw};
   checkHints(hints, urdf->joints, file, problems);
   const auto order = orderTree(*urdf, file, problems);
   VehicleDescription vehicle = order ? describe(*urdf, *order, file, problems, result.notes) : VehicleDescription{};

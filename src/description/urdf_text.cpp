@@ -258,8 +258,13 @@ std::optional<UrdfText> readUrdfText(const std::string& text, const std::string&
       urdf.joints.push_back(readJoint(*e, file, problems, notes));
     } else if (tag == "transmission") {
       readTransmission(*e, urdf.transmissions);
+    } else if (tag == "ros2_control") {
+      readRos2Control(*e, urdf.transmissions);
+      notes.push_back(placeText(file, e->GetLineNum(), "", "") +
+                      ": of <ros2_control> only the joints with a command interface are read, as hints of what drives");
     } else if (tag == "gazebo") {
       readGazebo(*e, file, urdf.gazebo_joints, problems, notes);
+      readDrivePlugins(*e, urdf.transmissions);
     } else if (tag != "material") {
       notes.push_back(placeText(file, e->GetLineNum(), "", "") + ": <" + tag + "> is ignored");
     }

@@ -71,6 +71,8 @@ int countChildren(const tinyxml2::XMLElement& parent, const char* name);
 JointText readJoint(const tinyxml2::XMLElement& element, const std::string& file, Problems& problems,
                     std::vector<std::string>& notes);
 void readTransmission(const tinyxml2::XMLElement& element, std::vector<TransmissionText>& transmissions);
+void readRos2Control(const tinyxml2::XMLElement& element, std::vector<TransmissionText>& transmissions);
+void readDrivePlugins(const tinyxml2::XMLElement& gazebo, std::vector<TransmissionText>& transmissions);
 void readGazebo(const tinyxml2::XMLElement& element, const std::string& file, std::vector<GazeboJointText>& gazebo,
                 Problems& problems, std::vector<std::string>& notes);
 

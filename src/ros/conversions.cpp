@@ -148,17 +148,18 @@ sensor_msgs::Imu toImu(const ImuReading& reading, const ImuNoise& noise, const s
   return message;
 }
 
-nav_msgs::Odometry toOdometry(const WheelOdometry& odometry, double speed, double yaw_rate, double reference_x,
-                              const std::string& odom_frame, const std::string& base_frame, const ros::Time& stamp) {
+nav_msgs::Odometry toOdometry(const WheelOdometry& odometry, double speed, double yaw_rate, const std::string& odom_frame,
+                              const std::string& base_frame, const ros::Time& stamp) {
   nav_msgs::Odometry message;
   message.header.stamp = stamp;
   message.header.frame_id = odom_frame;
   message.child_frame_id = base_frame;
   message.pose.pose = toPose(odometry.pose());
-  message.twist.twist.linear.x = speed;
-  // The encoders tell of the reference point; the root link is behind it by reference_x.
-  message.twist.twist.linear.y = -yaw_rate * reference_x;
-  message.twist.twist.angular.z = yaw_rate;
+  // The encoders tell of the reference point; the root link is elsewhere, and may look elsewhere.
+  const Eigen::Vector3d twist = odometry.rootTwist(speed, yaw_rate);
+  message.twist.twist.linear.x = twist.x();
+  message.twist.twist.linear.y = twist.y();
+  message.twist.twist.angular.z = twist.z();
   // Rows and columns x, y, z, roll, pitch, yaw.
   const Eigen::Matrix3d P = odometry.covariance();
   constexpr std::size_t kMeasured[3] = {0, 1, 5};

@@ -150,18 +150,6 @@ Problems checkClock(ClockMode mode) {
   return problems;
 }
 
-/// What each joint is taken for, and why: where a vehicle behaves oddly, this is the first place to look.
-std::vector<std::string> roleTable(const VehicleDescription& vehicle) {
-  std::vector<std::string> lines;
-  for (const JointDescription& joint : vehicle.joints) {
-    if (joint.type == JointType::kFixed) continue;
-    lines.push_back("joint '" + joint.name + "': " + toString(joint.role) +
-                    (joint.role_reason.empty() ? "" : " (" + joint.role_reason + ")"));
-  }
-  lines.push_back("layout of the drive: " + std::string(toString(vehicle.layout)));
-  return lines;
-}
-
 /// Links with a <visual> that RViz can draw: a primitive, or a mesh that is there.
 std::set<std::string> drawnLinks(const UrdfSource& urdf, const UriResolver& resolver) {
   Problems ignored;  // the loader has told them
@@ -252,12 +240,13 @@ Loaded<NodeSetup> loadSetup(const ros::NodeHandle& nh, const ros::NodeHandle& nh
     UrdfOptions urdf_options;
     urdf_options.drive_joints = options.drive_joints;
     urdf_options.roles = rolesFromWords(options.joint_roles, "~joint_roles", problems);
+    urdf_options.forward_yaw = forwardFromWord(options.forward, "~forward", problems);
     const UriResolver resolver = packageResolver(options.package_dirs, urdf.value->file);
     vehicle = loadUrdfText(urdf.value->text, urdf.value->file, recordingResolver(resolver, vehicle_files), urdf_options);
     drawn_links = drawnLinks(*urdf.value, resolver);
     append(vehicle.problems, problems);
     append(vehicle.notes, result.notes);
-    if (vehicle) append(roleTable(*vehicle.value), result.notes);
+    if (vehicle) append(jointTable(*vehicle.value), result.notes);
   }
 
   // World.

@@ -100,6 +100,10 @@ ParameterTable<NodeOptions> nodeParameters() {
           "joint_roles", "", 0, &O::joint_roles,
           "JOINT=ROLE for joints whose role is not what the log says; roles: locked, drive, free_wheel, steer, "
           "suspension, passive, prescribed."),
+      choiceParameter<O, std::string>("forward", {{"auto", "auto"}, {"x", "x"}, {"-x", "-x"}, {"y", "y"}, {"-y", "-y"}},
+                                      &O::forward,
+                                      "Which way of the root link is forward. auto: across the axles, to the end that "
+                                      "the wheels' names call the front, else x (or y); the log says which."),
       listParameter("start", "m, m, rad", 3, &O::start,
                     "x, y and yaw at which the vehicle is set down. Not given: the world's."),
       textParameter("odom_frame", &O::odom_frame,

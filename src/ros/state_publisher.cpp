@@ -18,7 +18,7 @@ StatePublisher::StatePublisher(ros::NodeHandle& nh, const NodeOptions& options, 
       world_frame_(worldFrameOf(options)),
       base_frame_(std::move(base_frame)),
       simulator_(simulator),
-      odometry_(simulator.model().drive.reference_x, options.odometry_noise),
+      odometry_(simulator.model().drive.reference_x, options.odometry_noise, simulator.model().description.forward_yaw),
       imu_noise_(options.imu_noise) {
   imu_noise_.seed = static_cast<std::uint64_t>(options.noise_seed);
   // "/tf" is one tree for all, whatever the name space; it can be remapped.
@@ -59,7 +59,7 @@ void StatePublisher::publishState(const ros::Time& stamp) {
   // Last: in lockstep it is what the commander answers.
   if (encoders()) {
     odom_publisher_.publish(toOdometry(odometry_, simulator_.encoderSpeed(), simulator_.encoderYawRate(),
-                                       simulator_.model().drive.reference_x, options_.odom_frame, base_frame_, stamp));
+                                       options_.odom_frame, base_frame_, stamp));
   } else {
     odom_publisher_.publish(truth);
   }

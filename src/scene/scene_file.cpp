@@ -69,7 +69,7 @@ class SceneReader : private YamlReader {
     if (!root.IsMap()) return problem(root, "a scene is a dictionary with the keys vehicle, world and duration");
     const std::vector<std::string> keys = {"description", "vehicle", "world",       "package_dirs", "drive_joints",
                                            "joint_roles", "start",   "commands",    "duration",     "horizon",
-                                           "length",      "measure", "closed_form", "parameters",   "headings"};
+                                           "length",      "measure", "closed_form", "parameters",   "headings",     "forward"};
     YAML::Node parameters;
     std::optional<double> horizon;
     YAML::Node horizon_node;
@@ -80,6 +80,7 @@ class SceneReader : private YamlReader {
       if (key == "package_dirs") readTexts(value, key, scene_.package_dirs);
       if (key == "drive_joints") readTexts(value, key, scene_.drive_joints);
       if (key == "joint_roles") readTexts(value, key, scene_.joint_roles);
+      if (key == "forward") scene_.forward = text(value, key);
       if (key == "start") readStart(value);
       if (key == "commands") readCommands(value);
       if (key == "duration") scene_.duration = number(value, key, kDuration, false).value_or(0.0);
@@ -254,6 +255,12 @@ class SceneReader : private YamlReader {
       } else {
         problems.push_back({beside.string() + " " + kVehicleKeys[i], "is not a list of texts"});
       }
+      values.value->erase(found);
+    }
+    if (const auto found = values.value->find("forward"); found != values.value->end()) {
+      const auto* word = std::get_if<std::string>(&found->second);
+      if (!word) problems.push_back({beside.string() + " forward", "is no text"});
+      if (word && scene_.forward == "auto") scene_.forward = *word;
       values.value->erase(found);
     }
     for (const auto& left : *values.value)

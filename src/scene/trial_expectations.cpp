@@ -16,14 +16,14 @@ constexpr double kSlowest = 0.05, kFastest = 2.0;  // [m/s]
 constexpr double kSideways = 0.5;                  // acceleration in a trial's turn, at most [m/s^2]
 constexpr double kReserve = 1.1;                   // torque and grip over what the slope asks for: curves, joints, slip
 
-/// The model looks ahead along its own x; positions turned there.
-Vector3d inForward(const VehicleModel& model, const Vector3d& p_R) {
-  return Eigen::AngleAxisd(-model.description.forward_yaw, Vector3d::UnitZ()) * p_R;
+std::vector<ContactReport> contactsOf(const Simulator& simulator) {
+  std::vector<ContactReport> contacts;
+  simulator.contacts(contacts);
+  return contacts;
 }
 
 std::vector<double> wheelLoads(const Simulator& simulator) {
-  std::vector<ContactReport> contacts;
-  simulator.contacts(contacts);
+  const std::vector<ContactReport> contacts = contactsOf(simulator);
   std::vector<double> loads;
   for (const WheelUnit& wheel : simulator.model().drive.wheels) {
     double load = 0.0;
@@ -36,13 +36,23 @@ std::vector<double> wheelLoads(const Simulator& simulator) {
 
 bool freeToSwivel(const WheelUnit& wheel) { return !wheel.driven && !wheel.braked; }
 
-/// Whether every wheel that cannot swivel has its axle on one line across the vehicle.
-bool rollsCleanly(const VehicleModel& model) {
+/// What carries weight and is no wheel: a ball that stands for a caster, a skid.
+std::vector<ContactReport> skids(const Simulator& simulator) {
+  std::vector<ContactReport> found;
+  for (const ContactReport& contact : contactsOf(simulator))
+    if (!simulator.ellipsoids()[contact.ellipsoid].ground_wheel) found.push_back(contact);
+  return found;
+}
+
+/// Whether every wheel that cannot swivel has its axle on one line across the vehicle, and nothing else touches.
+bool rollsCleanly(const Simulator& simulator) {
+  if (!skids(simulator).empty()) return false;
+  const VehicleModel& model = simulator.model();
   double low = 1e300, high = -1e300, radius = 0.0;
   for (const WheelUnit& wheel : model.drive.wheels) {
     if (freeToSwivel(wheel)) continue;
-    low = std::min(low, inForward(model, wheel.p_RW).x());
-    high = std::max(high, inForward(model, wheel.p_RW).x());
+    low = std::min(low, wheel.p_FW.x());
+    high = std::max(high, wheel.p_FW.x());
     radius = std::max(radius, wheel.radius);
   }
   return high - low < 0.05 * radius;
@@ -53,7 +63,8 @@ double frictionOf(const Simulator& simulator) {
   return simulator.terrain().surface(0).mu_kinetic.value_or(simulator.config().mu_kinetic);
 }
 
-std::optional<double> skidYawRate(const Simulator& simulator, double speed, double yaw_rate) {
+/// Yaw rate by the balance; `torque` is the largest share of its motor's torque that a wheel needs for it.
+std::optional<double> skidYawRate(const Simulator& simulator, double speed, double yaw_rate, double& torque) {
   const VehicleModel& model = simulator.model();
   const std::vector<double> loads = wheelLoads(simulator);
   std::vector<SkiddingWheel> wheels;
@@ -61,7 +72,7 @@ std::optional<double> skidYawRate(const Simulator& simulator, double speed, doub
     const WheelUnit& unit = model.drive.wheels[i];
     if (freeToSwivel(unit)) continue;
     SkiddingWheel wheel;
-    wheel.p = inForward(model, unit.p_RW).head<2>();
+    wheel.p = unit.p_FW.head<2>();
     wheel.rim_speed = speed - yaw_rate * wheel.p.y();
     wheel.free = !unit.driven;
     wheel.load = loads[i];
@@ -69,8 +80,25 @@ std::optional<double> skidYawRate(const Simulator& simulator, double speed, doub
     wheel.law = model.ellipsoids[unit.ellipsoid].law;
     wheels.push_back(wheel);
   }
+  const Pose X_WR = simulator.rootPose();
+  const Eigen::Quaterniond q_FR(Eigen::AngleAxisd(-model.description.forward_yaw, Vector3d::UnitZ()));
+  for (const ContactReport& contact : skids(simulator)) {
+    SkiddingWheel skid;
+    skid.p = (q_FR * (X_WR.inverse() * contact.p_WC)).head<2>();
+    skid.load = contact.normal_force;
+    skid.mu = contact.friction_limit / std::max(contact.normal_force, 1e-9);
+    skid.law = model.ellipsoids[contact.ellipsoid].law;
+    wheels.push_back(skid);
+  }
   const auto steady = steadySkid(wheels);
   if (!steady) return std::nullopt;
+  torque = 0.0;
+  for (std::size_t i = 0, k = 0; i < model.drive.wheels.size(); ++i) {
+    const WheelUnit& unit = model.drive.wheels[i];
+    if (freeToSwivel(unit)) continue;
+    const double push = std::abs(forceOn(wheels[k++], *steady).x()) * unit.radius;
+    if (unit.driven) torque = std::max(torque, push / unit.max_torque);
+  }
   return steady->yaw_rate;
 }
 
@@ -131,12 +159,18 @@ TurnExpectation turnFor(const Simulator& simulator, double speed, double side) {
   } else if (model.drive.layout == DriveLayout::kDifferential) {
     double half_track = 0.05;
     for (const WheelUnit& wheel : model.drive.wheels)
-      if (wheel.driven) half_track = std::max(half_track, std::abs(inForward(model, wheel.p_RW).y()));
+      if (wheel.driven) half_track = std::max(half_track, std::abs(wheel.p_FW.y()));
     const double rate = std::min(0.5 * speed / half_track, kSideways / speed);
     turn.commanded = turn.expected = side * rate;
     turn.law = "the wheels' difference";
-    if (!rollsCleanly(model)) {
-      const auto skidding = skidYawRate(simulator, speed, turn.commanded);
+    if (!rollsCleanly(simulator)) {
+      double torque = 0.0;
+      const auto skidding = skidYawRate(simulator, speed, turn.commanded, torque);
+      if (skidding && torque > 0.98) {
+        turn.law = "skidding as this asks for " + numberText(std::round(100.0 * torque)) +
+                   " % of the torque that a motor has: it cannot";
+        return turn;
+      }
       if (!skidding) {
         turn.law = "no balance of the friction under the wheels was found";
         return turn;

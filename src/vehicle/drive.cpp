@@ -92,8 +92,8 @@ void applyWheelCommands(const DriveModel& drive, const SimConfig& config, DriveS
 // Ground speed of a wheel along its own rolling direction, for a vehicle whose reference point moves at `speed` with
 // `yaw_rate`; `angle` is the wheel's steering.
 double rollingSpeed(const WheelUnit& wheel, double reference_x, double speed, double yaw_rate, double angle) {
-  const double vx = speed - yaw_rate * wheel.p_RW.y();
-  const double vy = yaw_rate * (wheel.p_RW.x() - reference_x);
+  const double vx = speed - yaw_rate * wheel.p_FW.y();
+  const double vy = yaw_rate * (wheel.p_FW.x() - reference_x);
   return vx * std::cos(angle) + vy * std::sin(angle);
 }
 
@@ -162,9 +162,9 @@ double actualCurvature(const VehicleModel& model, const VehicleState& state) {
   int count = 0;
   for (const SteerUnit& steer : model.drive.steers) {
     const double t = std::tan(steer.sign * state.profiles[steer.prescribed].position);
-    const double ahead = steer.p_RS.x() - model.drive.reference_x;
+    const double ahead = steer.p_FS.x() - model.drive.reference_x;
     if (std::abs(ahead) < 1e-9) continue;
-    sum += t / (ahead + t * steer.p_RS.y());
+    sum += t / (ahead + t * steer.p_FS.y());
     ++count;
   }
   return count > 0 ? sum / count : 0.0;
@@ -219,7 +219,7 @@ void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleStat
     if (speed != 0.0 || yaw_rate != 0.0 || slowing) d.mode = DriveState::Mode::kDrive;
     if (drive.layout == DriveLayout::kAckermann)
       for (const SteerUnit& steer : drive.steers) {
-        const double angle = std::clamp(ackermannAngle(curvature, steer.p_RS, drive.reference_x), steer.lower, steer.upper);
+        const double angle = std::clamp(ackermannAngle(curvature, steer.p_FS, drive.reference_x), steer.lower, steer.upper);
         state.profiles[steer.prescribed].target = steer.sign * angle;
       }
   }
@@ -228,7 +228,7 @@ void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleStat
     rampSpeed(d, speed, config);
     // Yaw rates follow with the acceleration that the outermost wheel is allowed.
     double half_track = 0.05;
-    for (const WheelUnit& wheel : drive.wheels) half_track = std::max(half_track, std::abs(wheel.p_RW.y()));
+    for (const WheelUnit& wheel : drive.wheels) half_track = std::max(half_track, std::abs(wheel.p_FW.y()));
     d.yaw_rate = approach(d.yaw_rate, yaw_rate, config.max_deceleration / half_track * config.dt);
   } else {
     // Where the servo takes over again: at the speed the wheels have.

@@ -20,6 +20,8 @@ constexpr double kServoTime = 0.1;
 constexpr double kServoStep = 0.4;
 // Integral part: forgets a constant load (a slope) within this time [s].
 constexpr double kServoIntegralTime = 0.5;
+// Of the grip that an unlimited motor has in torque [-].
+constexpr double kSkidding = 1.5;
 // A locked differential's coupling, as the fraction of a wheel's inertia per default tick.
 constexpr double kLockStep = 0.3;
 
@@ -40,21 +42,23 @@ int ancestorWithRole(const VehicleDescription& description, std::string link, Jo
   return -1;
 }
 
-// Poses of all links in the root's frame with all joints at zero.
+// Poses of all links in the root's frame turned to look forward, with all joints at zero.
 std::vector<Pose> linkPoses(const VehicleDescription& description) {
-  std::vector<Pose> X_RL(description.links.size());
+  std::vector<Pose> X_FL(description.links.size());
+  if (description.forward_yaw != 0.0 && !X_FL.empty())
+    X_FL[0].q = Eigen::AngleAxisd(-description.forward_yaw, Vector3d::UnitZ());
   for (std::size_t i = 0; i < description.joints.size(); ++i)
     for (std::size_t parent = 0; parent < description.links.size(); ++parent)
       if (description.links[parent].name == description.joints[i].parent)
-        X_RL[i + 1] = X_RL[parent] * description.joints[i].X_PJ;
-  return X_RL;
+        X_FL[i + 1] = X_FL[parent] * description.joints[i].X_PJ;
+  return X_FL;
 }
 
 }  // namespace
 
-double ackermannAngle(double curvature, const Vector3d& p_RS, double reference_x) {
-  const double ahead = curvature * (p_RS.x() - reference_x);
-  const double aside = 1.0 - curvature * p_RS.y();
+double ackermannAngle(double curvature, const Vector3d& p_FS, double reference_x) {
+  const double ahead = curvature * (p_FS.x() - reference_x);
+  const double aside = 1.0 - curvature * p_FS.y();
   // The wheel rolls both ways: an angle beyond a quarter turn is the same axle.
   return aside >= 0.0 ? std::atan2(ahead, aside) : std::atan2(-ahead, -aside);
 }
@@ -62,7 +66,8 @@ double ackermannAngle(double curvature, const Vector3d& p_RS, double reference_x
 DriveModel buildDriveModel(VehicleModel& model, const std::vector<int>& owner_joint, const SimConfig& config,
                            Problems& problems) {
   const VehicleDescription& description = model.description;
-  const std::vector<Pose> X_RL = linkPoses(description);
+  const std::vector<Pose> X_FL = linkPoses(description);
+  const Eigen::Quaterniond q_RF(Eigen::AngleAxisd(description.forward_yaw, Vector3d::UnitZ()));
   DriveModel drive;
   drive.layout = description.layout;
   drive.differential = config.differential;
@@ -74,9 +79,9 @@ DriveModel buildDriveModel(VehicleModel& model, const std::vector<int>& owner_jo
     if (joint.role != JointRole::kSteer) continue;
     SteerUnit steer;
     steer.prescribed = static_cast<int>(p);
-    const Pose& X_RJ = X_RL[index + 1];
-    steer.p_RS = X_RJ.p;
-    steer.sign = (X_RJ.q * joint.axis).z() >= 0.0 ? 1.0 : -1.0;
+    const Pose& X_FJ = X_FL[index + 1];
+    steer.p_FS = X_FJ.p;
+    steer.sign = (X_FJ.q * joint.axis).z() >= 0.0 ? 1.0 : -1.0;
     steer.lower = steer.sign > 0.0 ? joint.lower : -joint.upper;
     steer.upper = steer.sign > 0.0 ? joint.upper : -joint.lower;
     steer_of_joint[index] = static_cast<int>(drive.steers.size());
@@ -86,8 +91,8 @@ DriveModel buildDriveModel(VehicleModel& model, const std::vector<int>& owner_jo
   for (std::size_t i = 0; i < description.joints.size(); ++i) {
     const JointDescription& joint = description.joints[i];
     if (!isWheel(joint.role)) continue;
-    const Pose& X_RJ = X_RL[i + 1];
-    const Vector3d axle_R = X_RJ.q * joint.axis.normalized();
+    const Pose& X_FJ = X_FL[i + 1];
+    const Vector3d axle_F = X_FJ.q * joint.axis.normalized();
     for (std::size_t e = 0; e < model.ellipsoids.size(); ++e) {
       ModelEllipsoid& ellipsoid = model.ellipsoids[e];
       int link = -1;
@@ -99,14 +104,14 @@ DriveModel buildDriveModel(VehicleModel& model, const std::vector<int>& owner_jo
       wheel.name = joint.name;
       wheel.unit = static_cast<int>(drive.wheels.size());
       wheel.ellipsoid = static_cast<int>(e);
-      wheel.p_RW = X_RL[link] * description.links[link].ellipsoids.front().X_LE.p;
+      wheel.p_FW = X_FL[link] * description.links[link].ellipsoids.front().X_LE.p;
       for (const EllipsoidDescription& shape : description.links[link].ellipsoids)
-        if (shape.name == ellipsoid.name) wheel.p_RW = X_RL[link] * shape.X_LE.p;
+        if (shape.name == ellipsoid.name) wheel.p_FW = X_FL[link] * shape.X_LE.p;
       wheel.radius = ellipsoid.radii.maxCoeff();
-      wheel.forward_sign = axle_R.y() >= 0.0 ? 1.0 : -1.0;
+      wheel.forward_sign = axle_F.y() >= 0.0 ? 1.0 : -1.0;
       wheel.driven = joint.role == JointRole::kDrive;
       const bool on_swivel = ancestorWithRole(description, joint.child, JointRole::kPassive) >= 0 && !wheel.driven &&
-                             std::abs((X_RL[ancestorWithRole(description, joint.child, JointRole::kPassive) + 1].q *
+                             std::abs((X_FL[ancestorWithRole(description, joint.child, JointRole::kPassive) + 1].q *
                                        description.joints[ancestorWithRole(description, joint.child, JointRole::kPassive)].axis).z()) > 0.7;
       wheel.braked = !on_swivel;
       const int steer = ancestorWithRole(description, joint.parent, JointRole::kSteer);
@@ -117,10 +122,10 @@ DriveModel buildDriveModel(VehicleModel& model, const std::vector<int>& owner_jo
       if (wheel.joint < 0) {
         Tread tread;
         tread.description = static_cast<int>(i);
-        tread.axle_B = axle_R;
+        tread.axle_B = q_RF * axle_F;
         if (wheel.steer >= 0) {
           tread.steer = drive.steers[wheel.steer].prescribed;
-          tread.steer_axis_B = (X_RL[steer + 1].q * description.joints[steer].axis).normalized();
+          tread.steer_axis_B = (q_RF * X_FL[steer + 1].q * description.joints[steer].axis).normalized();
         }
         wheel.tread = ellipsoid.tread = static_cast<int>(model.treads.size());
         model.treads.push_back(tread);
@@ -138,14 +143,16 @@ DriveModel buildDriveModel(VehicleModel& model, const std::vector<int>& owner_jo
   double fixed_x = 0.0, all_x = 0.0, steered_x = 0.0;
   int fixed = 0, steered = 0;
   for (const WheelUnit& wheel : drive.wheels) {
-    all_x += wheel.p_RW.x();
-    const bool counts = drive.layout == DriveLayout::kAckermann ? wheel.steer < 0 : wheel.driven;
+    all_x += wheel.p_FW.x();
+    // Neither casters nor a trailer's wheels roll along the vehicle's own path.
+    const bool own = wheel.braked || wheel.driven;
+    const bool counts = drive.layout == DriveLayout::kAckermann ? wheel.steer < 0 && own : wheel.driven;
     if (counts) {
-      fixed_x += wheel.p_RW.x();
+      fixed_x += wheel.p_FW.x();
       ++fixed;
     }
     if (wheel.steer >= 0) {
-      steered_x += wheel.p_RW.x();
+      steered_x += wheel.p_FW.x();
       ++steered;
     }
   }
@@ -160,8 +167,8 @@ DriveModel buildDriveModel(VehicleModel& model, const std::vector<int>& owner_jo
       const double middle = 0.5 * (low + high);
       bool possible = true;
       for (const SteerUnit& steer : drive.steers) {
-        if (1.0 - sign * middle * steer.p_RS.y() <= 0.0) possible = false;
-        const double angle = ackermannAngle(sign * middle, steer.p_RS, drive.reference_x);
+        if (1.0 - sign * middle * steer.p_FS.y() <= 0.0) possible = false;
+        const double angle = ackermannAngle(sign * middle, steer.p_FS, drive.reference_x);
         possible = possible && angle >= steer.lower && angle <= steer.upper;
       }
       (possible ? low : high) = middle;
@@ -181,7 +188,7 @@ void deriveDriveGains(VehicleModel& model, const SimConfig& config) {
   int driven = 0;
   double inertia = 1e300, radius = 0.0, mean_x = 0.0;
   for (const WheelUnit& wheel : drive.wheels) {
-    mean_x += wheel.p_RW.x() / static_cast<double>(drive.wheels.size());
+    mean_x += wheel.p_FW.x() / static_cast<double>(drive.wheels.size());
     if (!wheel.driven) continue;
     ++driven;
     radius = std::max(radius, wheel.radius);
@@ -199,16 +206,18 @@ void deriveDriveGains(VehicleModel& model, const SimConfig& config) {
   // Brakes: the wanted deceleration, shared front and rear; one end takes all if the other has none.
   int front = 0, rear = 0;
   for (const WheelUnit& wheel : drive.wheels)
-    if (wheel.braked) ++(wheel.p_RW.x() > mean_x + 1e-9 ? front : rear);
+    if (wheel.braked) ++(wheel.p_FW.x() > mean_x + 1e-9 ? front : rear);
   for (WheelUnit& wheel : drive.wheels) {
     if (std::isinf(wheel.max_torque) && wheel.driven) {
-      wheel.max_torque = 2.0 * model.mass * config.max_acceleration * wheel.radius / driven;
+      // Enough to accelerate, and to make wheels skid that have to: else no skid-steer would turn.
+      const double pull = std::max(2.0 * config.max_acceleration, kSkidding * config.mu_static * config.gravity);
+      wheel.max_torque = pull * model.mass * wheel.radius / driven;
       char line[200];
       std::snprintf(line, sizeof line, "wheel '%s': no effort limit in the file, motor torque limited to %.4g N m", wheel.name.c_str(), wheel.max_torque);
       model.report.emplace_back(line);
     }
     if (!wheel.braked) continue;
-    const bool is_front = wheel.p_RW.x() > mean_x + 1e-9;
+    const bool is_front = wheel.p_FW.x() > mean_x + 1e-9;
     const double balance = front == 0 ? 0.0 : rear == 0 ? 1.0 : config.brake_balance;
     const double share = is_front ? balance / front : (1.0 - balance) / rear;
     wheel.brake_torque = share * model.mass * config.max_deceleration * wheel.radius;

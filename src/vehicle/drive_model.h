@@ -16,6 +16,6 @@ void deriveDriveGains(VehicleModel& model, const SimConfig& config);
 
 /// Angle of the virtual steering at p for the path curvature kappa [1/m] of the reference point, left positive [rad]: the
 /// wheel's axle points at the turning centre (Ackermann).
-double ackermannAngle(double curvature, const Eigen::Vector3d& p_RS, double reference_x);
+double ackermannAngle(double curvature, const Eigen::Vector3d& p_FS, double reference_x);
 
 }  // namespace ellipsoid_vehicle_sim

@@ -48,7 +48,7 @@ Vector3d groundNormal(const VehicleModel& model, const Terrain& terrain, double 
   Eigen::MatrixXd A(wheels.size(), 3);
   Eigen::VectorXd b(wheels.size());
   for (std::size_t i = 0; i < wheels.size(); ++i) {
-    const Vector3d p = Eigen::AngleAxisd(yaw, Vector3d::UnitZ()) * wheels[i].p_RW;
+    const Vector3d p = Eigen::AngleAxisd(yaw + model.description.forward_yaw, Vector3d::UnitZ()) * wheels[i].p_FW;
     A.row(i) << 1.0, p.x(), p.y();
     b[i] = groundHeight(terrain, x + p.x(), y + p.y()).value_or(z) - z;
   }

@@ -388,10 +388,10 @@ double Simulator::encoderYawRate() const {
     if (!wheel.driven) continue;
     const double speed = encoder(*this, wheel);
     n += 1.0;
-    y += wheel.p_RW.y();
-    yy += wheel.p_RW.y() * wheel.p_RW.y();
+    y += wheel.p_FW.y();
+    yy += wheel.p_FW.y() * wheel.p_FW.y();
     v += speed;
-    vy += speed * wheel.p_RW.y();
+    vy += speed * wheel.p_FW.y();
   }
   const double det = n * yy - y * y;
   return det > 1e-12 ? (y * v - n * vy) / det : 0.0;

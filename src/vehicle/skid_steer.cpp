@@ -54,6 +54,11 @@ SlipPower slipPower(const std::vector<SkiddingWheel>& wheels, double roll_of_fre
 
 }  // namespace
 
+Vector2d forceOn(const SkiddingWheel& wheel, const PlanarVelocity& velocity) {
+  const Vector3d u(velocity.v.x(), velocity.v.y(), velocity.yaw_rate);
+  return -slipPower({wheel}, std::abs(velocity.v.x()), 1.0, u).gradient.head<2>();
+}
+
 std::optional<PlanarVelocity> steadySkid(const std::vector<SkiddingWheel>& wheels) {
   // Length that turns the moment into a force of the same size [m].
   double size = 1e-3, load = 0.0, fastest = 1e-6, mean = 0.0;

@@ -303,8 +303,8 @@ class Compiler {
     double low = 1e300, high = -1e300, radius = 1e300;
     bool casters = false;
     for (const WheelUnit& wheel : wheels) {
-      low = std::min(low, wheel.p_RW.z() - wheel.radius);
-      high = std::max(high, wheel.p_RW.z() - wheel.radius);
+      low = std::min(low, wheel.p_FW.z() - wheel.radius);
+      high = std::max(high, wheel.p_FW.z() - wheel.radius);
       radius = std::min(radius, wheel.radius);
       casters = casters || (!wheel.driven && !wheel.braked);
     }

@@ -27,8 +27,9 @@ std::vector<double> carriedLoads(const VehicleModel& model, const std::vector<in
 
   // Weight and both moments, carried with the smallest loads that do it.
   Eigen::MatrixXd balance(3, wheels.size());
-  for (std::size_t i = 0; i < wheels.size(); ++i) balance.col(i) << 1.0, wheels[i].p_RW.x(), wheels[i].p_RW.y();
-  const Eigen::Vector3d weight = model.mass * gravity * Eigen::Vector3d(1.0, rest.p_Rcm.x(), rest.p_Rcm.y());
+  for (std::size_t i = 0; i < wheels.size(); ++i) balance.col(i) << 1.0, wheels[i].p_FW.x(), wheels[i].p_FW.y();
+  const Eigen::Vector3d p_Fcm = Eigen::AngleAxisd(-model.description.forward_yaw, Eigen::Vector3d::UnitZ()) * rest.p_Rcm;
+  const Eigen::Vector3d weight = model.mass * gravity * Eigen::Vector3d(1.0, p_Fcm.x(), p_Fcm.y());
   const Eigen::VectorXd wheel_load = balance.completeOrthogonalDecomposition().solve(weight);
 
   for (std::size_t j = 0; j < model.dynamic_joints.size(); ++j) {

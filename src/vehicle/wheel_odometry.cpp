@@ -8,7 +8,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 void WheelOdometry::reset() {
-  at_ = Vector3d(reference_x_, 0.0, 0.0);
+  at_ = Vector3d(reference_x_ * std::cos(forward_yaw_), reference_x_ * std::sin(forward_yaw_), forward_yaw_);
   P_.setZero();
 }
 
@@ -36,7 +36,12 @@ void WheelOdometry::advance(double speed, double yaw_rate, double dt) {
 Pose WheelOdometry::pose() const {
   const double c = std::cos(at_[2]), s = std::sin(at_[2]);
   return {Vector3d(at_[0] - reference_x_ * c, at_[1] - reference_x_ * s, 0.0),
-          Eigen::Quaterniond(Eigen::AngleAxisd(at_[2], Vector3d::UnitZ()))};
+          Eigen::Quaterniond(Eigen::AngleAxisd(at_[2] - forward_yaw_, Vector3d::UnitZ()))};
+}
+
+Vector3d WheelOdometry::rootTwist(double speed, double yaw_rate) const {
+  const double c = std::cos(forward_yaw_), s = std::sin(forward_yaw_), aside = -yaw_rate * reference_x_;
+  return {c * speed - s * aside, s * speed + c * aside, yaw_rate};
 }
 
 Matrix3d WheelOdometry::covariance() const {

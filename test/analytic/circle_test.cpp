@@ -128,7 +128,7 @@ void expectLinearTyres(double front, double rear, double speed) {
   double axle[2] = {0.0, 0.0};  // stiffness of front and rear axle [N/rad]
   for (const WheelUnit& wheel : simulator.model().drive.wheels) {
     const ContactLaw& law = simulator.model().ellipsoids[static_cast<std::size_t>(wheel.ellipsoid)].law;
-    axle[wheel.p_RW.x() > 0.0 ? 0 : 1] += law.tangential_stiffness * law.brush_length;
+    axle[wheel.p_FW.x() > 0.0 ? 0 : 1] += law.tangential_stiffness * law.brush_length;
   }
   const double delta = 0.3 * kDegree;
   const Circle c = circleOf(simulator, shape, b, ackermann(speed, delta), speed / 5.0 + 6.0, 1.0);

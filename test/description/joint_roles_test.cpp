@@ -298,6 +298,109 @@ TEST(JointRoles, OneDrivenWheelAloneIsNoLayout) {
   EXPECT_EQ(layoutOf(loaded), DriveLayout::kNone);
 }
 
+// --- Forward --------------------------------------------------------------------------------------------------------
+
+/// A cart whose axles lie along x, its front pair called so or not.
+std::string sidewaysText(const std::string& front, const std::string& rear) {
+  return baseText() + wheelText(front + "_a", "base", "0.25 0.2 0", "1 0 0") +
+         wheelText(front + "_b", "base", "-0.25 0.2 0", "-1 0 0") + wheelText(rear + "_a", "base", "0.25 -0.2 0", "1 0 0") +
+         wheelText(rear + "_b", "base", "-0.25 -0.2 0", "1 0 0");
+}
+
+/// wheelText's cylinders stand along y: these stand along x.
+std::string alongX(std::string text) {
+  const std::string y = "1.5707963267948966 0 0", x = "0 1.5707963267948966 0";
+  for (std::size_t at = 0; (at = text.find(y, at)) != std::string::npos;) text.replace(at, y.size(), x);
+  return text;
+}
+
+TEST(Forward, IsAcrossTheAxlesToTheEndThatIsCalledFront) {
+  const auto plain = loadText(baseText() + rearAxleText());
+  EXPECT_EQ(plain.value->forward_yaw, 0.0);
+  const auto named = loadText(alongX(sidewaysText("rear", "front")));
+  ASSERT_TRUE(isLoaded(named));
+  EXPECT_NEAR(named.value->forward_yaw, -M_PI / 2.0, 1e-12);
+  EXPECT_EQ(layoutOf(named), DriveLayout::kDifferential);
+  EXPECT_TRUE(notedWith(named, {"forward is taken to be -y", "names of its wheels"}));
+  const auto unnamed = loadText(alongX(sidewaysText("u", "v")));
+  ASSERT_TRUE(isLoaded(unnamed));
+  EXPECT_NEAR(unnamed.value->forward_yaw, M_PI / 2.0, 1e-12);
+  EXPECT_TRUE(notedWith(unnamed, {"forward is taken to be y", "nothing says"}));
+}
+
+TEST(Forward, IsBackwardsWhereEveryNameSaysSo) {
+  const std::string text = baseText() + wheelText("front_left", "base", "-0.2 -0.25 0") +
+                           wheelText("front_right", "base", "-0.2 0.25 0") + wheelText("back_left", "base", "0.2 -0.25 0") +
+                           wheelText("back_right", "base", "0.2 0.25 0");
+  const auto loaded = loadText(text);
+  ASSERT_TRUE(isLoaded(loaded));
+  EXPECT_NEAR(std::abs(loaded.value->forward_yaw), M_PI, 1e-12);
+  // One name against the others, and x it stays.
+  const auto torn = loadText(text + wheelText("front_middle", "base", "0.3 0.25 0"));
+  ASSERT_TRUE(isLoaded(torn));
+  EXPECT_EQ(torn.value->forward_yaw, 0.0);
+}
+
+TEST(Forward, TheParameterOverrulesNames) {
+  UrdfOptions options;
+  Problems problems;
+  options.forward_yaw = forwardFromWord("-x", "parameter forward", problems);
+  const auto loaded = loadText(baseText() + rearAxleText(), options);
+  ASSERT_TRUE(isLoaded(loaded));
+  EXPECT_EQ(loaded.value->forward_yaw, M_PI);
+  EXPECT_TRUE(problems.empty());
+  EXPECT_FALSE(forwardFromWord("auto", "parameter forward", problems));
+  EXPECT_TRUE(problems.empty());
+  forwardFromWord("north", "parameter forward", problems);
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_EQ(problems[0].text(), "parameter forward: 'north' is no direction; allowed are auto, x, -x, y, -y of the root link");
+}
+
+// --- What drives ----------------------------------------------------------------------------------------------------
+
+TEST(JointRoles, LimitsOfZeroOnARoundWheelAreNone) {
+  const auto loaded = loadText(baseText() + rearAxleText() + linkText("w", inertialText() + collisionText("<sphere radius=\"0.1\"/>")) +
+                               jointText("w_axle", "revolute", "base", "w", "0.2 0 0", "0 1 0", limits("0", "0")));
+  EXPECT_EQ(roleOf(loaded, "w_axle"), JointRole::kDrive);
+  EXPECT_EQ(jointOf(*loaded.value, "w_axle").upper, kInfinity);
+  EXPECT_TRUE(notedWith(loaded, {"joint 'w_axle'", "both 0", "taken as unlimited"}));
+}
+
+TEST(JointRoles, PluginsOfDrivesAndRos2ControlSayWhatDrives) {
+  const std::string front = wheelText("fl", "base", "0.2 0.25 0") + wheelText("fr", "base", "0.2 -0.25 0");
+  for (const std::string hint :
+       {"<gazebo><plugin name=\"d\" filename=\"libgazebo_ros_diff_drive.so\"><leftJoint>rl_axle</leftJoint>"
+        "<rightJoint>rr_axle</rightJoint></plugin></gazebo>\n",
+        "<ros2_control name=\"c\" type=\"system\"><joint name=\"rl_axle\"><command_interface name=\"velocity\"/></joint>"
+        "<joint name=\"rr_axle\"><command_interface name=\"velocity\"/></joint><joint name=\"fl_axle\">"
+        "<state_interface name=\"velocity\"/></joint></ros2_control>\n"}) {
+    const auto loaded = loadText(baseText() + rearAxleText() + front + hint);
+    EXPECT_EQ(roleOf(loaded, "rl_axle"), JointRole::kDrive) << hint;
+    EXPECT_EQ(roleOf(loaded, "fl_axle"), JointRole::kFreeWheel) << hint;
+  }
+}
+
+TEST(JointRoles, ASlideCalledALiftHoldsEvenWithRollersBelow) {
+  const auto with = [](const std::string& name) {
+    return loadText(baseText() + rearAxleText() + linkText(name, inertialText()) +
+                    jointText(name + "_joint", "prismatic", "base", name, "0.2 0 0", "0 0 1", limits("0", "0.2")) +
+                    wheelText("roller", name, "0.1 0 0"));
+  };
+  EXPECT_EQ(roleOf(with("fork"), "fork_joint"), JointRole::kPrescribed);
+  EXPECT_EQ(roleOf(with("strut"), "strut_joint"), JointRole::kSuspension);
+}
+
+TEST(JointRoles, SwivelsWithoutTrailSteerWhereNothingElseCould) {
+  const auto modules = [](const std::string& trail) {
+    std::string text = baseText();
+    for (const auto& [name, at] : {std::pair{"a", "0.2 0.2 0"}, {"b", "0.2 -0.2 0"}, {"c", "-0.2 0.2 0"}, {"d", "-0.2 -0.2 0"}})
+      text += knuckleText(name, at, "continuous", "", "0 0 1", trail);
+    return loadText(text);
+  };
+  EXPECT_EQ(roleOf(modules("0 0 0"), "a_knuckle_joint"), JointRole::kSteer);
+  EXPECT_EQ(roleOf(modules("-0.05 0 0"), "a_knuckle_joint"), JointRole::kPassive);
+}
+
 // --- The table ------------------------------------------------------------------------------------------------------
 
 TEST(JointTable, HasALineForEveryMovableJointAndCountsTheFixed) {

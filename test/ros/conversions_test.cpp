@@ -136,7 +136,7 @@ TEST(Conversions, JointCommandsMustHaveOneValueForEachNameOrNone) {
 TEST(Conversions, PlanarOdometryLeavesWhatItCannotKnowUnknown) {
   WheelOdometry odometry(-1.0, OdometryNoise{});
   for (int i = 0; i < 1000; ++i) odometry.advance(2.0, 0.5, 1e-3);
-  const nav_msgs::Odometry message = toOdometry(odometry, 2.0, 0.5, -1.0, "odom", "base_link", ros::Time(3, 0));
+  const nav_msgs::Odometry message = toOdometry(odometry, 2.0, 0.5, "odom", "base_link", ros::Time(3, 0));
   EXPECT_EQ(message.child_frame_id, "base_link");
   EXPECT_EQ(message.twist.twist.linear.x, 2.0);
   EXPECT_EQ(message.twist.twist.linear.y, 0.5);  // the root link is a metre ahead of the point that does not slip

@@ -112,7 +112,7 @@ class DriveOfACar : public ::testing::Test {
     const VehicleState state = commanded(simulator, command);
     std::pair<double, double> angles;
     for (const SteerUnit& steer : simulator.model().drive.steers)
-      (steer.p_RS.y() > 0.0 ? angles.first : angles.second) =
+      (steer.p_FS.y() > 0.0 ? angles.first : angles.second) =
           steer.sign * state.profiles[static_cast<std::size_t>(steer.prescribed)].target;
     return angles;
   }
@@ -191,7 +191,7 @@ TEST_F(DriveOfACar, TheInnerWheelIsAskedToTurnSlower) {
   VehicleState state = simulator.state();
   const double kappa = 0.2;
   for (const SteerUnit& steer : simulator.model().drive.steers) {
-    const double angle = std::atan(kappa * kWheelbase / (1.0 - kappa * steer.p_RS.y()));
+    const double angle = std::atan(kappa * kWheelbase / (1.0 - kappa * steer.p_FS.y()));
     state.profiles[static_cast<std::size_t>(steer.prescribed)].position = steer.sign * angle;
   }
   EXPECT_NEAR(actualCurvature(simulator.model(), state), kappa, 1e-12);
@@ -202,7 +202,7 @@ TEST_F(DriveOfACar, TheInnerWheelIsAskedToTurnSlower) {
   for (std::size_t i = 0; i < simulator.model().drive.wheels.size(); ++i) {
     const WheelUnit& wheel = simulator.model().drive.wheels[i];
     // Each rolls about the common centre at its own distance.
-    const double radius = std::hypot(1.0 / kappa - wheel.p_RW.y(), wheel.p_RW.x() + 1.3);
+    const double radius = std::hypot(1.0 / kappa - wheel.p_FW.y(), wheel.p_FW.x() + 1.3);
     EXPECT_NEAR(state.drive.wheel_speed[i] * wheel.radius, kappa * radius, 1e-9) << wheel.name;
   }
 }
@@ -219,7 +219,7 @@ std::pair<double, double> torques(const SimConfig& config, double left_speed, do
     const WheelUnit& wheel = model.drive.wheels[i];
     state.drive.wheel_speed[i] = 10.0;
     if (wheel.driven)
-      state.motion.qd[static_cast<std::size_t>(wheel.joint)] = wheel.p_RW.y() > 0.0 ? left_speed : right_speed;
+      state.motion.qd[static_cast<std::size_t>(wheel.joint)] = wheel.p_FW.y() > 0.0 ? left_speed : right_speed;
   }
   driveTorques(model, config, state.drive, state.motion.qd, torque);
   for (std::size_t i = 0; i < model.drive.wheels.size(); ++i) {
@@ -228,7 +228,7 @@ std::pair<double, double> torques(const SimConfig& config, double left_speed, do
       EXPECT_EQ(torque[i], 0.0) << wheel.name;
       continue;
     }
-    (wheel.p_RW.y() > 0.0 ? result.first : result.second) = torque[i];
+    (wheel.p_FW.y() > 0.0 ? result.first : result.second) = torque[i];
   }
   return result;
 }
@@ -280,7 +280,7 @@ TEST(Drive, BrakesShareTheDecelerationByTheBalance) {
   driving.mode = DriveState::Mode::kDrive;
   double front = 0.0, rear = 0.0;
   for (const WheelUnit& wheel : simulator.model().drive.wheels) {
-    (wheel.p_RW.x() > 0.0 ? front : rear) += brakeTorque(wheel, braking) / wheel.radius;
+    (wheel.p_FW.x() > 0.0 ? front : rear) += brakeTorque(wheel, braking) / wheel.radius;
     EXPECT_EQ(brakeTorque(wheel, driving), 0.0);
   }
   EXPECT_NEAR(front + rear, 1200.0 * 5.0, 1e-9);

@@ -23,6 +23,20 @@ TEST(WheelOdometry, FollowsACircleOfTheRootLink) {
   EXPECT_LT(odometry.pose().q.angularDistance(Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Vector3d::UnitZ()))), 1e-12);
 }
 
+// A root link that looks to the right of forward: the circle is the same, its own twist is turned.
+TEST(WheelOdometry, KnowsThatForwardIsNotAlwaysX) {
+  const double quarter = 0.5 * M_PI;
+  WheelOdometry odometry(0.5, OdometryNoise{}, quarter);
+  EXPECT_TRUE(odometry.pose().p.isZero(1e-15));
+  EXPECT_NEAR(odometry.pose().q.angularDistance(Eigen::Quaterniond::Identity()), 0.0, 1e-12);
+  for (int i = 0; i < 1000; ++i) odometry.advance(1.0, 0.0, 1e-3);
+  EXPECT_TRUE(odometry.pose().p.isApprox(Eigen::Vector3d(0.0, 1.0, 0.0), 1e-12));
+  const Eigen::Vector3d twist = odometry.rootTwist(1.0, 0.4);
+  // Forward 1 along y; the root link is 0.5 behind the reference, to the right of it while turning left: 0.2 along x.
+  EXPECT_NEAR(twist.y(), 1.0, 1e-12);
+  EXPECT_NEAR(twist.x(), 0.2, 1e-12);
+}
+
 TEST(WheelOdometry, CovarianceGrowsWithTheDistanceAndNotWithTime) {
   OdometryNoise noise;
   noise.position = 0.02;

@@ -59,8 +59,8 @@ WheelMeasure measureWheel(const std::vector<PlacedShape>& shapes, const Eigen::V
 struct GroundWheel {
   int joint = 0;
   WheelMeasure measure;
-  Eigen::Vector3d p_RC =
-      Eigen::Vector3d::Zero();  ///< its centre with all joints at zero, in the root link's frame [m].
+  Eigen::Vector3d p_FC =
+      Eigen::Vector3d::Zero();  ///< its centre, joints at zero, in the root link's frame turned to look forward [m].
   double bottom = 0.0;          ///< its lowest z there [m].
 };
 

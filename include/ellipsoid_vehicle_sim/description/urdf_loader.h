@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@ namespace ellipsoid_vehicle_sim {
 struct UrdfOptions {
   std::map<std::string, JointRole> roles;  ///< by joint name; overrules what joint_roles.h finds out.
   std::vector<std::string> drive_joints;   ///< the driven wheels, all of them; empty: found out.
+  std::optional<double> forward_yaw;       ///< of forward from the root link's x [rad]; empty: found out.
   std::vector<std::string> package_dirs;   ///< for package:// without a resolver; empty: the folder of the URDF.
   MeshVertexReader read_mesh;              ///< empty: readMeshVertices.
 };

@@ -59,11 +59,12 @@ struct JointText {
   bool complete = true;
 };
 
-/// A <transmission> that names a joint: somebody meant it to be driven.
+/// A <transmission>, a <ros2_control> or the plugin of a drive that names a joint: somebody meant it to be driven.
 struct TransmissionText {
   std::string joint;
   int line = 0;
   bool velocity_interface = false;  ///< a hardwareInterface of the velocity kind.
+  std::string element = "<transmission>";
 };
 
 /// Springs of <gazebo reference="JOINT">.

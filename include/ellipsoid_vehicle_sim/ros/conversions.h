@@ -53,8 +53,8 @@ ContactState toContactState(const ContactReport& contact, const EllipsoidPlaceme
 sensor_msgs::Imu toImu(const ImuReading& reading, const ImuNoise& noise, const std::string& frame,
                        const ros::Time& stamp);
 /// Planar odometry: z, roll and pitch are unknown (1e6), and the covariance of x, y, yaw is as given.
-nav_msgs::Odometry toOdometry(const WheelOdometry& odometry, double speed, double yaw_rate, double reference_x,
-                              const std::string& odom_frame, const std::string& base_frame, const ros::Time& stamp);
+nav_msgs::Odometry toOdometry(const WheelOdometry& odometry, double speed, double yaw_rate, const std::string& odom_frame,
+                              const std::string& base_frame, const ros::Time& stamp);
 Pose fromPose(const geometry_msgs::Pose& pose);
 Eigen::Vector3d fromVector(const geometry_msgs::Vector3& v);
 

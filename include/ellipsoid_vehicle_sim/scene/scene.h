@@ -48,6 +48,7 @@ struct Scene {
   std::string description;
   std::string vehicle, world;
   std::vector<std::string> package_dirs, drive_joints, joint_roles;
+  std::string forward = "auto";  ///< as the node's parameter.
   SimConfig config;  ///< defaults, then the vehicle's own file, then the scene's parameters.
   SceneStart start;
   int headings = 1;          ///< what is measured is the worst of so many set-downs, the yaw turned between them.
@@ -68,6 +69,7 @@ struct Scene {
 ///     package_dirs: [..]                 # folders searched for package://NAME/..., relative to this file
 ///     drive_joints: [..]                 # as the node's parameters of these names
 ///     joint_roles: [JOINT=ROLE]
+///     forward: auto                      # x, -x, y, -y of the root link
 ///     parameters: {gravity: 9.81, ...}   # of the physics (launch/simulator.yaml), over VEHICLE.yaml beside the
 ///     vehicle start: {set_down: [x, y, yaw]}     # at rest on the ground; default: where the world says. Or as given:
 ///     start: {position: [x, y, z], rotation: [roll, pitch, yaw], velocity: [..], angular_velocity: [..]}

@@ -34,6 +34,9 @@ struct PlanarVelocity {
   double yaw_rate = 0.0;                        ///< [rad/s].
 };
 
+/// Friction on a wheel when the vehicle moves so [N].
+Eigen::Vector2d forceOn(const SkiddingWheel& wheel, const PlanarVelocity& velocity);
+
 /// The steady velocity; nullopt if the balance is not found (no wheel carries anything, or nothing holds the vehicle).
 std::optional<PlanarVelocity> steadySkid(const std::vector<SkiddingWheel>& wheels);
 

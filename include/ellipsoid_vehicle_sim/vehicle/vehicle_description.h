@@ -82,7 +82,7 @@ enum class DriveLayout {
 const char* toString(DriveLayout layout);
 
 /// A vehicle as described: a tree of links, shapes already turned into ellipsoids, each joint with its role.
-/// Conventions: the root link's x points forward, y left, z up (REP-103).
+/// Conventions: the root link's x points forward, y left, z up (REP-103), but for forward_yaw.
 struct VehicleDescription {
   std::string name;
   std::string file;
@@ -90,6 +90,7 @@ struct VehicleDescription {
   std::vector<LinkDescription> links;        ///< parents before children, root first.
   std::vector<JointDescription> joints;      ///< in the order of their child links: joints[i].child == links[i + 1].name.
   DriveLayout layout = DriveLayout::kNone;
+  std::string layout_text;                   ///< in more words: "skid-steer on 4 wheels, on rockers".
   double forward_yaw = 0.0;                  ///< where forward is, turned from the root link's x about its z [rad].
 };
 

@@ -69,14 +69,14 @@ struct Tread {
   Eigen::Vector3d steer_axis_B = Eigen::Vector3d::UnitZ();
 };
 
-/// A wheel as the drive sees it. Points in the root link's frame with all joints at zero.
+/// A wheel as the drive sees it. Points with all joints at zero, in F: the root link's frame turned about z to look forward.
 struct WheelUnit {
   std::string name;
   int unit = -1;                 ///< its own index.
   int ellipsoid = -1;
   int joint = -1;                ///< index into dynamic_joints, -1 for a tread.
   int tread = -1;
-  Eigen::Vector3d p_RW = Eigen::Vector3d::Zero();  ///< its centre [m].
+  Eigen::Vector3d p_FW = Eigen::Vector3d::Zero();  ///< its centre [m].
   double radius = 0.0;           ///< rolling radius [m].
   double forward_sign = 1.0;     ///< sign of the joint's speed when the vehicle rolls forward.
   bool driven = false;
@@ -89,7 +89,7 @@ struct WheelUnit {
 /// A steering joint as the drive sees it.
 struct SteerUnit {
   int prescribed = -1;
-  Eigen::Vector3d p_RS = Eigen::Vector3d::Zero();  ///< a point of its axis [m].
+  Eigen::Vector3d p_FS = Eigen::Vector3d::Zero();  ///< a point of its axis [m].
   double sign = 1.0;             ///< of the joint angle when it steers to the left.
   double lower = 0.0, upper = 0.0;  ///< of the steering angle (left positive) [rad].
 };

@@ -18,23 +18,28 @@ struct OdometryNoise {
 ///   x' = v cos(yaw), y' = v sin(yaw), yaw' = w of the drive's reference point.
 class WheelOdometry {
  public:
-  /// `reference_x`: where the speed is meant, ahead of the root link [m].
-  WheelOdometry(double reference_x, const OdometryNoise& noise) : reference_x_(reference_x), noise_(noise) { reset(); }
+  /// `reference_x`: where the speed is meant, ahead of the root link [m]; `forward_yaw`: ahead, from the root's x [rad].
+  WheelOdometry(double reference_x, const OdometryNoise& noise, double forward_yaw = 0.0)
+      : reference_x_(reference_x), forward_yaw_(forward_yaw), noise_(noise) {
+    reset();
+  }
 
   void reset();
   /// dt [s] at `speed` [m/s] and `yaw_rate` [rad/s].
   void advance(double speed, double yaw_rate, double dt);
 
   Pose pose() const;                   ///< of the root link.
+  /// Velocity of the root link along its own x and y [m/s], and its yaw rate.
+  Eigen::Vector3d rootTwist(double speed, double yaw_rate) const;
   Eigen::Matrix3d covariance() const;  ///< of the root link's x, y, yaw.
 
-  /// The whole state: x, y, yaw of the reference point, and the upper triangle of their covariance row by row.
+  /// The whole state: x, y of the reference point and its heading, and the upper triangle of their covariance row by row.
   using Values = Eigen::Matrix<double, 9, 1>;
   Values values() const;
   void setValues(const Values& values);
 
  private:
-  double reference_x_;
+  double reference_x_, forward_yaw_;
   OdometryNoise noise_;
   Eigen::Vector3d at_;  ///< x [m], y [m], yaw [rad].
   Eigen::Matrix3d P_;
