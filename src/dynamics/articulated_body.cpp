@@ -36,12 +36,16 @@ Frame3 turnAbout(const Vec3& k, double angle) {
 
 }  // namespace
 
-ArticulatedBody::ArticulatedBody(std::vector<Body> bodies)
+ArticulatedBody::ArticulatedBody(std::vector<Body> bodies, std::vector<CoordinateCoupling> couplings)
     : bodies_(std::move(bodies)),
       kinematics_(bodies_.size()),
       forces_(bodies_.size()),
       work_(bodies_.size()),
-      spin_acceleration_(bodies_.size(), 0.0) {
+      spin_acceleration_(bodies_.size(), 0.0),
+      couplings_(std::move(couplings)),
+      coupled_tau_(couplings_.empty() ? 0 : bodies_.size(), 0.0),
+      coupling_matrix_(couplings_.size() * couplings_.size(), 0.0),
+      gaps_(couplings_.size(), 0.0) {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     total_mass_ += bodies_[i].inertia.mass;
     constants_.push_back(constantsOf(i));
@@ -209,6 +213,64 @@ void ArticulatedBody::passToParent(std::size_t i, const double* tau, const Presc
 
 Spatial ArticulatedBody::accelerations(const double* tau, const PrescribedMotion* prescribed, const Vec3& gravity,
                                        double* qdd) {
+  if (!couplings_.empty()) return coupledAccelerations(tau, prescribed, gravity, qdd);
+  return uncoupledAccelerations(tau, prescribed, gravity, qdd);
+}
+
+// What is left of qdd = G qdd_independent.
+double ArticulatedBody::couplingGap(std::size_t coupling, const double* qdd) const {
+  const CoordinateCoupling& c = couplings_[coupling];
+  return qdd[c.coordinate] - c.multiplier * qdd[c.leader];
+}
+
+// Along the coupling's own motion, which the coupling forbids: no work in any that it allows.
+void ArticulatedBody::addCouplingEffort(std::size_t coupling, double effort) {
+  const CoordinateCoupling& c = couplings_[coupling];
+  coupled_tau_[c.coordinate] += effort;
+  coupled_tau_[c.leader] -= c.multiplier * effort;
+}
+
+// Gauss without exchange of rows: the matrix is symmetric and positive definite. gaps_ becomes lambda.
+void ArticulatedBody::solveCouplings() {
+  const std::size_t n = couplings_.size();
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = i + 1; j < n; ++j) {
+      const double factor = coupling_matrix_[j * n + i] / coupling_matrix_[i * n + i];
+      for (std::size_t k = i; k < n; ++k) coupling_matrix_[j * n + k] -= factor * coupling_matrix_[i * n + k];
+      gaps_[j] -= factor * gaps_[i];
+    }
+  for (std::size_t i = n; i-- > 0;) {
+    for (std::size_t k = i + 1; k < n; ++k) gaps_[i] -= coupling_matrix_[i * n + k] * gaps_[k];
+    gaps_[i] /= coupling_matrix_[i * n + i];
+  }
+}
+
+Spatial ArticulatedBody::coupledAccelerations(const double* tau, const PrescribedMotion* prescribed,
+                                              const Vec3& gravity, double* qdd) {
+  const std::size_t n = couplings_.size();
+  int coordinates = 0;
+  for (const Body& body : bodies_)
+    if (body.motion == BodyMotion::kDynamic) ++coordinates;
+  for (int i = 0; i < coordinates; ++i) coupled_tau_[i] = tau[i];
+  Spatial base = uncoupledAccelerations(coupled_tau_.data(), prescribed, gravity, qdd);
+  // A second round takes away what rounding of the differences has left of the gaps.
+  for (int round = 0; round < 2; ++round) {
+    for (std::size_t i = 0; i < n; ++i) gaps_[i] = -couplingGap(i, qdd);
+    for (std::size_t j = 0; j < n; ++j) {
+      addCouplingEffort(j, 1.0);
+      uncoupledAccelerations(coupled_tau_.data(), prescribed, gravity, qdd);
+      for (std::size_t i = 0; i < n; ++i) coupling_matrix_[i * n + j] = couplingGap(i, qdd) + gaps_[i];
+      addCouplingEffort(j, -1.0);
+    }
+    solveCouplings();
+    for (std::size_t j = 0; j < n; ++j) addCouplingEffort(j, gaps_[j]);
+    base = uncoupledAccelerations(coupled_tau_.data(), prescribed, gravity, qdd);
+  }
+  return base;
+}
+
+Spatial ArticulatedBody::uncoupledAccelerations(const double* tau, const PrescribedMotion* prescribed,
+                                                const Vec3& gravity, double* qdd) {
   // Gravity is even: it accelerates O and nothing relative to it, so it enters at the very end.
   for (const int i : branches_) setOwnInertia(i);
   for (const int i : rotors_) releaseRotor(i, tau);

@@ -189,6 +189,19 @@ double profileAcceleration(const PrescribedJoint& joint, const ProfileState& pro
   return profileChange(profile.target - profile.position, profile.velocity, joint.max_speed, joint.max_acceleration, dt);
 }
 
+void followLeaders(const VehicleModel& model, VehicleState& state) {
+  for (std::size_t p = 0; p < model.prescribed_joints.size(); ++p) {
+    const PrescribedJoint& joint = model.prescribed_joints[p];
+    if (joint.leader < 0) continue;
+    const ProfileState& leader = state.profiles[joint.leader];
+    ProfileState& profile = state.profiles[p];
+    profile.position = joint.multiplier * leader.position + joint.offset;
+    profile.velocity = joint.multiplier * leader.velocity;
+    profile.acceleration = joint.multiplier * leader.acceleration;
+    profile.target = joint.multiplier * leader.target + joint.offset;
+  }
+}
+
 void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleState& state, bool& timed_out) {
   const DriveModel& drive = model.drive;
   DriveState& d = state.drive;
@@ -258,12 +271,15 @@ void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleStat
   for (std::size_t p = 0; p < model.prescribed_joints.size(); ++p) {
     const PrescribedJoint& joint = model.prescribed_joints[p];
     ProfileState& profile = state.profiles[p];
+    if (joint.leader >= 0) continue;
     timed_out = applyProfileCommand(joint, config, d.profile_command[p], profile) || timed_out;
     profile.acceleration = effortExceeded(joint, profile)
                                ? std::clamp(-profile.velocity / config.dt, -joint.max_acceleration, joint.max_acceleration)
                                : profileChange(profile.target - profile.position, profile.velocity,
                                                speedLimit(joint, d.profile_command[p]), joint.max_acceleration, config.dt);
   }
+
+  followLeaders(model, state);
 
   // Treads have no mass: a driven one runs at the speed asked for, a braked one slows down within the limit.
   for (std::size_t i = 0; i < drive.wheels.size(); ++i) {

@@ -54,6 +54,26 @@ std::vector<Pose> linkPoses(const VehicleDescription& description) {
   return X_FL;
 }
 
+// Steering joints that are one by <mimic> turn by one angle: the one that is right in the middle between them.
+void shareLeaders(const VehicleModel& model, DriveModel& drive) {
+  const auto leaderOf = [&](const SteerUnit& steer) {
+    const int leader = model.prescribed_joints[steer.prescribed].leader;
+    return leader >= 0 ? leader : steer.prescribed;
+  };
+  std::vector<SteerUnit> shared = drive.steers;
+  for (SteerUnit& steer : shared) {
+    Vector3d sum = Vector3d::Zero();
+    int count = 0;
+    for (const SteerUnit& other : drive.steers)
+      if (leaderOf(other) == leaderOf(steer) && std::abs(other.p_FS.x() - steer.p_FS.x()) < 1e-3) {
+        sum += other.p_FS;
+        ++count;
+      }
+    steer.p_FS = sum / count;
+  }
+  drive.steers = std::move(shared);
+}
+
 }  // namespace
 
 double ackermannAngle(double curvature, const Vector3d& p_FS, double reference_x) {
@@ -87,6 +107,8 @@ DriveModel buildDriveModel(VehicleModel& model, const std::vector<int>& owner_jo
     steer_of_joint[index] = static_cast<int>(drive.steers.size());
     drive.steers.push_back(steer);
   }
+
+  shareLeaders(model, drive);
 
   for (std::size_t i = 0; i < description.joints.size(); ++i) {
     const JointDescription& joint = description.joints[i];

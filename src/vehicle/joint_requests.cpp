@@ -82,7 +82,10 @@ Problems takeJointRequests(const VehicleModel& model, const std::vector<JointReq
     for (const WheelUnit& wheel : model.drive.wheels) motor = motor || (wheel.driven && wheel.name == request.joint);
 
     if (refusal.empty()) {
-      refusal = prescribed >= 0 ? takeForPath(request, drive.profile_command[prescribed])
+      const int leader = prescribed >= 0 ? model.prescribed_joints[prescribed].leader : -1;
+      refusal = leader >= 0 ? "mimics '" + model.description.joints[model.prescribed_joints[leader].description].name +
+                                  "': ask that one"
+                : prescribed >= 0 ? takeForPath(request, drive.profile_command[prescribed])
                 : motor         ? takeForMotor(model.drive, request, drive)
                                 : refusalOf(model, request.joint);
     }

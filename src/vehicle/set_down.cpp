@@ -7,7 +7,11 @@
 
 #include "contact_laws.h"
 #include "ellipsoid_vehicle_sim/dynamics/integrator.h"
+<<<<<<< HEAD
 #include "ellipsoid_vehicle_sim/vehicle/tick_stepper.h"
+=======
+#include "ellipsoid_vehicle_sim/vehicle/drive.h"
+>>>>>>> 6750b79 (Mimic joints follow exactly: efforts in the couplings solved with the tree, followers on paths put where their leaders are)
 #include "wheel_loads.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -115,6 +119,7 @@ VehicleState restState(const VehicleModel& model, const VehicleDynamics& dynamic
     const PrescribedJoint& joint = model.prescribed_joints[p];
     state.profiles[p].position = state.profiles[p].target = std::clamp(0.0, joint.lower, joint.upper);
   }
+  followLeaders(model, state);
   state.treads.assign(model.treads.size(), TreadState{});
   state.drive.wheel_speed.assign(model.drive.wheels.size(), 0.0);
   state.drive.integral.assign(model.drive.wheels.size(), 0.0);

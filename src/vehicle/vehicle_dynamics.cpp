@@ -16,7 +16,7 @@ VehicleDynamics::VehicleDynamics(const VehicleModel& model, const SimConfig& con
       config_(config),
       terrain_(terrain),
       options_{config.contact_rule, config.contacts_per_ellipsoid, config.contact_memory, config.candidate_cache},
-      tree_(model.bodies),
+      tree_(model.bodies, model.couplings),
       gravity_W_{0.0, 0.0, -config.gravity},
       prescribed_(std::max(model.prescribed_joints.size(), model.bodies.size())),
       posed_(model.ellipsoids.size()),
@@ -326,6 +326,7 @@ void VehicleDynamics::advanceVelocities(Motion& x, double h, const MotionRate& k
   x.v_WB += h * k.a;
   x.w_WB += h * k.alpha;
   for (std::size_t i = 0; i < x.qd.size(); ++i) x.qd[i] += h * k.qd[i];
+  couple(x);
 }
 
 void VehicleDynamics::advancePositions(Motion& x, double h, const MotionRate& k) const {
@@ -335,6 +336,7 @@ void VehicleDynamics::advancePositions(Motion& x, double h, const MotionRate& k)
     x.q[i] += h * k.q[i];
     x.stretch[i] += h * k.stretch[i];
   }
+  couple(x);
   for (std::size_t i = 0; i < x.anchor.size(); ++i)
     for (int j = 0; j < kMaxContactsPerEllipsoid; ++j) x.anchor[i][j] += h * k.anchor[i][j];
 }

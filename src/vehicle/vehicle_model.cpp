@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <optional>
 
 #include "contact_laws.h"
 #include "drive_model.h"
@@ -69,7 +70,8 @@ class Compiler {
       fail("vehicle '" + description().name + "'", "has no collision shape; at least one is needed");
     if (!problems_.empty()) return {std::nullopt, problems_, {}};
 
-    ArticulatedBody tree(model_.bodies);
+    coupleMimics();
+    ArticulatedBody tree(model_.bodies, model_.couplings);
     const std::vector<double> zeros(model_.bodies.size(), 0.0);
     const std::vector<PrescribedMotion> still(model_.bodies.size());
     tree.positions(zeros.data(), still.data());
@@ -109,12 +111,65 @@ class Compiler {
     for (std::size_t i = 0; i < joints.size(); ++i) {
       const JointDescription& joint = joints[i];
       if (joint.type == JointType::kFixed || joint.role == JointRole::kLocked || config_.solid_compound) continue;
-      const bool prescribed = joint.role == JointRole::kSteer || joint.role == JointRole::kPrescribed;
+      const bool prescribed = onPath(static_cast<int>(i));
       if (subtree_inertia[joint.child] <= 0.0 && !prescribed) {
         note("joint '" + joint.name + "' moves nothing that has mass: locked");
         continue;
       }
       moves_[i] = true;
+    }
+    // A joint that mimics a still one is still.
+    for (std::size_t i = 0; i < joints.size(); ++i)
+      if (const auto leader = leaderOf(static_cast<int>(i)); leader && !moves_[leader->leader]) moves_[i] = false;
+  }
+
+  // Whom a joint follows in the end, through all that mimic each other; nullopt for nobody. Indices of the description.
+  std::optional<CoordinateCoupling> leaderOf(int index) const {
+    const auto& joints = description().joints;
+    if (!joints[index].mimic || joints[index].role == JointRole::kLocked) return std::nullopt;
+    CoordinateCoupling c{index, index, 1.0, 0.0};
+    for (std::size_t guard = 0; joints[c.leader].mimic && guard <= joints.size(); ++guard) {
+      const JointMimic& mimic = *joints[c.leader].mimic;
+      const auto next = std::find_if(joints.begin(), joints.end(), [&](const auto& j) { return j.name == mimic.joint; });
+      if (next == joints.end()) return std::nullopt;
+      c.offset += c.multiplier * mimic.offset;
+      c.multiplier *= mimic.multiplier;
+      c.leader = static_cast<int>(next - joints.begin());
+    }
+    return c;
+  }
+
+  // Whether a joint runs on a given path: one that mimics does as its leader does.
+  bool onPath(int index) const {
+    const auto leader = leaderOf(index);
+    const JointRole role = description().joints[leader ? leader->leader : index].role;
+    return role == JointRole::kSteer || role == JointRole::kPrescribed;
+  }
+
+  // Joints that mimic others, told by their coordinates.
+  void coupleMimics() {
+    const auto find = [](const auto& joints, int index) {
+      for (std::size_t i = 0; i < joints.size(); ++i)
+        if (joints[i].description == index) return static_cast<int>(i);
+      return -1;
+    };
+    for (std::size_t i = 0; i < description().joints.size(); ++i) {
+      const auto c = leaderOf(static_cast<int>(i));
+      if (!c) continue;
+      const int follower = find(model_.prescribed_joints, c->coordinate);
+      if (follower < 0 && !moves_[i]) continue;
+      const std::string name = description().joints[i].name, leader = description().joints[c->leader].name;
+      note("joint '" + name + "' mimics '" + leader + "': position = " + std::to_string(c->multiplier) + " x its + " +
+           std::to_string(c->offset) + ", exactly");
+      if (follower >= 0) {
+        PrescribedJoint& joint = model_.prescribed_joints[follower];
+        joint.leader = find(model_.prescribed_joints, c->leader);
+        joint.multiplier = c->multiplier;
+        joint.offset = c->offset;
+      } else {
+        model_.couplings.push_back({find(model_.dynamic_joints, c->coordinate), find(model_.dynamic_joints, c->leader),
+                                    c->multiplier, c->offset});
+      }
     }
   }
 
@@ -141,7 +196,7 @@ class Compiler {
       const Pose X_PJ = X_BL[parent] * joint.X_PJ;
       if (!moves_[i]) {
         body_of[child] = body_of[parent];
-        X_BL[child] = X_PJ * restPose(joint);
+        X_BL[child] = X_PJ * restPose(joint, stillAt(static_cast<int>(i)));
         continue;
       }
       Body body;
@@ -150,7 +205,7 @@ class Compiler {
       body.X_PB = X_PJ;
       body.axis_B = joint.axis.normalized();
       const int index = static_cast<int>(model_.bodies.size());
-      if (joint.role == JointRole::kSteer || joint.role == JointRole::kPrescribed) {
+      if (onPath(static_cast<int>(i))) {
         body.motion = BodyMotion::kPrescribed;
         body.coordinate = addPrescribed(static_cast<int>(i), index);
       } else {
@@ -196,8 +251,14 @@ class Compiler {
       fail("vehicle '" + description().name + "'", "weighs " + std::to_string(model_.mass) + " kg in all; more than 0 is needed");
   }
 
-  static Pose restPose(const JointDescription& joint) {
-    const double position = std::clamp(0.0, std::min(joint.lower, joint.upper), std::max(joint.lower, joint.upper));
+  // Where a joint that does not move stands.
+  double stillAt(int index) const {
+    if (const auto leader = leaderOf(index)) return leader->multiplier * stillAt(leader->leader) + leader->offset;
+    const JointDescription& joint = description().joints[index];
+    return std::clamp(0.0, std::min(joint.lower, joint.upper), std::max(joint.lower, joint.upper));
+  }
+
+  static Pose restPose(const JointDescription& joint, double position) {
     Pose X;
     if (joint.type == JointType::kPrismatic) X.p = position * joint.axis;
     if (joint.type == JointType::kRevolute || joint.type == JointType::kContinuous)
@@ -369,6 +430,8 @@ class Compiler {
   }
 
   void deriveJointConstants() {
+    for (const CoordinateCoupling& c : model_.couplings)
+      model_.dynamic_joints[c.coordinate].rest = c.multiplier * model_.dynamic_joints[c.leader].rest + c.offset;
     for (DynamicJoint& joint : model_.dynamic_joints) {
       const double I = joint.reflected_inertia;
       joint.stop_stiffness = I * kStopFrequency * kStopFrequency;

@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
 #include "ellipsoid_vehicle_sim/dynamics/integrator.h"
 #include "support/slow_tree_dynamics.h"
 
@@ -121,6 +124,41 @@ TEST(ArticulatedBody, ArticulatedInertiaIsTheRatioOfEffortToAcceleration) {
   tree.clearForces();
   tree.accelerations(&tau, prescribed.data(), zero, &qdd);
   EXPECT_NEAR(tree.articulatedInertia(1), tau / qdd, 1e-9 * tau / qdd);
+}
+
+// With qdd = A tau + b of the free tree, A the inverse of the mass that the coordinates feel, coupled coordinates q = G p obey
+// G^T A^-1 (G p'' - b) = G^T tau: no effort of the coupling in it.
+TEST(ArticulatedBody, CoupledCoordinatesMoveAsTheReducedEquationsSay) {
+  RandomTrees random(11);
+  for (int trial = 0; trial < 20; ++trial) {
+    const std::vector<Body> bodies = random.tree(4, false, false);
+    const TreeState x = random.state(bodies);
+    const std::vector<PrescribedMotion> prescribed = padded(x);
+    const Eigen::Index n = static_cast<Eigen::Index>(x.q.size());
+    if (n < 3) continue;
+    ArticulatedBody free(bodies), coupled(bodies, {{2, 0, -0.7, 0.1}});
+    const Vec3 w = Vec3::from(x.q_WB.conjugate() * x.w_WB), g{0.0, 0.0, -9.8};
+    const auto accelerations = [&](ArticulatedBody& tree, const Eigen::VectorXd& tau) {
+      Eigen::VectorXd qdd = Eigen::VectorXd::Zero(n);
+      tree.positions(x.q.data(), prescribed.data());
+      tree.velocities(w, x.qd.data(), prescribed.data());
+      tree.clearForces();
+      tree.accelerations(tau.data(), prescribed.data(), g, qdd.data());
+      return qdd;
+    };
+    const Eigen::VectorXd b = accelerations(free, Eigen::VectorXd::Zero(n));
+    Eigen::MatrixXd A(n, n), G = Eigen::MatrixXd::Zero(n, n - 1);
+    for (Eigen::Index i = 0; i < n; ++i) A.col(i) = accelerations(free, Eigen::VectorXd::Unit(n, i)) - b;
+    for (Eigen::Index i = 0, p = 0; i < n; ++i)
+      if (i != 2) G(i, p++) = 1.0;
+    G(2, 0) = -0.7;
+    const Eigen::VectorXd tau = Eigen::VectorXd::LinSpaced(n, -1.0, 2.0);
+    const Eigen::MatrixXd M = A.inverse();
+    const Eigen::VectorXd p = (G.transpose() * M * G).ldlt().solve(G.transpose() * (tau + M * b));
+    const Eigen::VectorXd found = accelerations(coupled, tau);
+    EXPECT_LT((found - G * p).norm(), 1e-7 * (1.0 + (G * p).norm())) << trial;
+    EXPECT_NEAR(found[2], -0.7 * found[0], 1e-10 * (1.0 + found.norm()));
+  }
 }
 
 /// Free flight of a tree as a System of the integrators.

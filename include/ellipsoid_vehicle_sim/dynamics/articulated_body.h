@@ -49,6 +49,15 @@ struct PrescribedMotion {
   double acceleration = 0.0;
 };
 
+/// One dynamic coordinate that follows another, q = multiplier q_leader + offset: a gear, a pair of coupled rockers. The
+/// leader follows nobody.
+struct CoordinateCoupling {
+  int coordinate = -1;
+  int leader = -1;
+  double multiplier = 1.0;
+  double offset = 0.0;
+};
+
 /// Forward dynamics of a floating tree by the articulated-body algorithm [Featherstone2008, ch. 7, 9.4], O(n), no
 /// allocation. All is told in one frame O: at the base's centre of mass, with the base's axes as they stand at this
 /// moment (an inertial frame, so that no term for its turning appears). Inertias then add without transforms, and
@@ -59,9 +68,14 @@ struct PrescribedMotion {
 /// its inertia across the axis are added to the parent's once and for all; what is left of it is the equation of its
 /// spin and the gyroscopic moment h (w x k) of its momentum h k, w being the parent's angular velocity
 /// [Featherstone2008, 9.7].
+///
+/// Coupled coordinates, q = G q_independent, make the tree a closed mechanism: the efforts lambda in the couplings, which do
+/// no work, are those with which qdd = G qdd_independent. qdd is linear in them, so that one pass more for each coupling
+/// tells their effect, and a last one has the result; without couplings nothing of this is done [Featherstone2008, ch. 8].
+/// Positions and velocities are the caller's to couple.
 class ArticulatedBody {
  public:
-  explicit ArticulatedBody(std::vector<Body> bodies);
+  explicit ArticulatedBody(std::vector<Body> bodies, std::vector<CoordinateCoupling> couplings = {});
 
   const std::vector<Body>& bodies() const { return bodies_; }
 
@@ -125,6 +139,11 @@ class ArticulatedBody {
     Spatial acceleration;
   };
 
+  Spatial uncoupledAccelerations(const double* tau, const PrescribedMotion* prescribed, const Vec3& gravity, double* qdd);
+  Spatial coupledAccelerations(const double* tau, const PrescribedMotion* prescribed, const Vec3& gravity, double* qdd);
+  double couplingGap(std::size_t coupling, const double* qdd) const;
+  void addCouplingEffort(std::size_t coupling, double effort);
+  void solveCouplings();
   Constants constantsOf(std::size_t body) const;
   void carryRotors();
   void settleOrientations();
@@ -140,6 +159,9 @@ class ArticulatedBody {
   std::vector<Work> work_;
   std::vector<double> spin_acceleration_;  ///< of a rotor's coordinate, per body.
   double total_mass_ = 0.0;
+  std::vector<CoordinateCoupling> couplings_;
+  std::vector<double> coupled_tau_;             ///< efforts, those of the couplings included.
+  std::vector<double> coupling_matrix_, gaps_;  ///< of the equations for lambda, row by row; their right side.
 };
 
 }  // namespace ellipsoid_vehicle_sim

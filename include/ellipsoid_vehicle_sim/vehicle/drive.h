@@ -28,6 +28,9 @@ double profileAcceleration(const PrescribedJoint& joint, const ProfileState& pro
 /// The same for any quantity: how its rate must change to bring `distance` to zero within the limits of both.
 double profileChange(double distance, double rate, double max_rate, double max_change, double dt);
 
+/// Joints on a path that mimic others put where these are, moving as they move.
+void followLeaders(const VehicleModel& model, VehicleState& state);
+
 /// Takes requests for joints into the state, all or none; problems say why none. Limits, not age, are applied later.
 Problems takeJointRequests(const VehicleModel& model, const std::vector<JointRequest>& requests, DriveState& drive);
 

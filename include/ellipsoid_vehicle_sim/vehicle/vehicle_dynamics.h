@@ -44,13 +44,24 @@ class VehicleDynamics {
   // What the integrators ask for; see integrator.h.
   void rate(const Motion& x, double fraction, MotionRate& k);
   void positionRates(const Motion& x, MotionRate& k);
-  void advance(const Motion& x, double h, const MotionRate& k, Motion& result) const { retract(x, h, k, result); }
+  void advance(const Motion& x, double h, const MotionRate& k, Motion& result) const {
+    retract(x, h, k, result);
+    couple(result);
+  }
   void advanceVelocities(Motion& x, double h, const MotionRate& k) const;
   void advancePositions(Motion& x, double h, const MotionRate& k) const;
   void toTangent(double h, const MotionRate& previous, MotionRate& k) const;
   void combine(MotionRate (&k)[4]) const;
   void weightedSum(const double* weights, const MotionRate* k, int n, MotionRate& sum) const {
     ellipsoid_vehicle_sim::weightedSum(weights, k, n, sum);
+  }
+
+  /// Joints that mimic others put exactly where these say, and their speeds.
+  void couple(Motion& x) const {
+    for (const CoordinateCoupling& c : model_.couplings) {
+      x.q[c.coordinate] = c.multiplier * x.q[c.leader] + c.offset;
+      x.qd[c.coordinate] = c.multiplier * x.qd[c.leader];
+    }
   }
 
   /// Ends a step: contacts at the new pose with the old memory, then the new memory, anchors and holds. `state.motion` is the

@@ -59,6 +59,8 @@ struct PrescribedJoint {
   double max_speed = 1.0;         ///< [rad/s] or [m/s].
   double max_acceleration = 1.0;  ///< [rad/s^2] or [m/s^2].
   double effort_limit = std::numeric_limits<double>::infinity();
+  int leader = -1;                ///< the prescribed joint it mimics, -1 for none: position = multiplier leader's + offset.
+  double multiplier = 1.0, offset = 0.0;
 };
 
 /// The running surface of a wheel ellipsoid that does not turn itself: a solid compound's wheel. Its spin has no mass.
@@ -116,6 +118,7 @@ struct VehicleModel {
   std::vector<ModelEllipsoid> ellipsoids;
   std::vector<DynamicJoint> dynamic_joints;
   std::vector<PrescribedJoint> prescribed_joints;
+  std::vector<CoordinateCoupling> couplings;   ///< of dynamic joints that mimic others.
   std::vector<Tread> treads;
   DriveModel drive;
   double mass = 0.0;                           ///< total [kg].
