@@ -98,7 +98,7 @@ Motion Linearisation::moved(const Motion& x, int coordinate, double h) const {
   MotionRate direction = dynamics_.makeRate();
   component(direction, coordinate) = 1.0;
   Motion result = x;
-  retract(x, h, direction, result);
+  dynamics_.advance(x, h, direction, result);  // joints that mimic others stay with them
   return result;
 }
 
