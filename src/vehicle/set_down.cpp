@@ -7,11 +7,8 @@
 
 #include "contact_laws.h"
 #include "ellipsoid_vehicle_sim/dynamics/integrator.h"
-<<<<<<< HEAD
 #include "ellipsoid_vehicle_sim/vehicle/tick_stepper.h"
-=======
 #include "ellipsoid_vehicle_sim/vehicle/drive.h"
->>>>>>> 6750b79 (Mimic joints follow exactly: efforts in the couplings solved with the tree, followers on paths put where their leaders are)
 #include "wheel_loads.h"
 
 namespace ellipsoid_vehicle_sim {
