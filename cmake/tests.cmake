@@ -39,6 +39,7 @@ endforeach()
 
 # Runs the programs that need no ROS.
 add_dependencies(scene_test ${PROJECT_NAME}_headless ${PROJECT_NAME}_meshes)
+add_dependencies(inertia_lint_test ${PROJECT_NAME}_urdf_doctor)
 add_dependencies(vehicle_trial_test ${PROJECT_NAME}_vehicle_trial ${PROJECT_NAME}_meshes)
 
 # A ten-line program against the installed core, built apart from this project.

@@ -13,28 +13,10 @@ namespace {
 
 using Eigen::Vector3d;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kLeans = 0.3;           // radii above the wheels' bottoms: a vehicle on two wheels tips onto what is lower
+constexpr int kLeaningEllipsoids = 8;    // at least, for a shape that is leant on
 
 std::string baseName(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
-
-/// The points whose hull the shape is; none for an ellipsoid, many for a cylinder's rims.
-std::vector<Vector3d> extremePoints(const CollisionShape& shape) {
-  std::vector<Vector3d> points;
-  const Vector3d& h = shape.half;
-  if (shape.kind == CollisionShape::Kind::kBox) {
-    for (int i = 0; i < 8; ++i) {
-      points.emplace_back(i & 1 ? h.x() : -h.x(), i & 2 ? h.y() : -h.y(), i & 4 ? h.z() : -h.z());
-    }
-  } else if (shape.kind == CollisionShape::Kind::kCylinder) {
-    constexpr int kCorners = 48;
-    for (int i = 0; i < kCorners; ++i) {
-      const double a = 2.0 * M_PI * i / kCorners;
-      for (double z : {-h.z(), h.z()}) points.emplace_back(h.x() * std::cos(a), h.y() * std::sin(a), z);
-    }
-  } else if (shape.kind == CollisionShape::Kind::kMesh && shape.vertices_S) {
-    points = *shape.vertices_S;
-  }
-  return points;
-}
 
 double lowest(const CollisionShape& shape, const Pose& X_RS) {
   return X_RS.p.z() - support(shape, X_RS.q.conjugate() * Vector3d(0.0, 0.0, -1.0));
@@ -73,13 +55,56 @@ std::string wheelNote(const std::string& link, const WheelMeasure& m, const Elli
          " m";
 }
 
-EllipsoidDescription bodyEllipsoid(const CollisionShape& shape, const std::string& file) {
+/// The ellipsoids of a shape of the body, in its link.
+std::vector<EllipsoidDescription> bodyEllipsoids(const CollisionShape& shape, int count, const std::string& file) {
   EllipsoidDescription e;
   e.X_LE = shape.X_LS;
   e.radii = shape.half;
   e.source = shape.text + " (" + baseName(file) + ":" + std::to_string(shape.line) + ")";
-  if (shape.kind != CollisionShape::Kind::kEllipsoid) e.fit_error = fitError(e.radii, {{&shape, Pose{}}});
-  return e;
+  if (shape.kind == CollisionShape::Kind::kEllipsoid) return {e};
+  if (count <= 1) {
+    e.fit_error = fitError(e.radii, {{&shape, Pose{}}});
+    return {e};
+  }
+  const std::vector<Cell> cells = compoundOf(shape, count);
+  e.fit_error = compoundError(cells, shape);
+  std::vector<EllipsoidDescription> compound;
+  for (const Cell& cell : cells) {
+    e.X_LE = shape.X_LS * Pose{cell.centre_S, Eigen::Quaterniond::Identity()};
+    e.radii = cell.radii;
+    compound.push_back(e);
+  }
+  return compound;
+}
+
+/// Per link and shape, whether another shape of the same rigid body has it inside; told in notes.
+std::vector<std::vector<bool>> coveredShapes(const VehicleDescription& vehicle,
+                                             const std::vector<std::vector<CollisionShape>>& shapes,
+                                             const std::vector<int>& parents, const std::vector<bool>& wheel_links,
+                                             std::vector<std::string>& notes) {
+  std::vector<std::vector<bool>> dropped;
+  for (const auto& of_link : shapes) dropped.emplace_back(of_link.size(), false);
+  for (std::size_t l = 0; l < vehicle.links.size(); ++l) {
+    const bool starts_group = l == 0 || vehicle.joints[l - 1].type != JointType::kFixed;
+    if (!starts_group || wheel_links[l]) continue;
+    std::vector<PlacedShape> placed;
+    std::vector<std::pair<int, std::size_t>> owner;
+    for (const GroupedLink& g : rigidGroup(vehicle, parents, static_cast<int>(l)))
+      for (std::size_t i = 0; i < shapes[g.link].size(); ++i) {
+        placed.push_back({&shapes[g.link][i], g.X_GL * shapes[g.link][i].X_LS});
+        owner.emplace_back(g.link, i);
+      }
+    const std::vector<int> by = coveredBy(placed);
+    for (std::size_t i = 0; i < by.size(); ++i) {
+      if (by[i] < 0) continue;
+      dropped[owner[i].first][owner[i].second] = true;
+      notes.push_back(placeText(vehicle.file, placed[i].shape->line, "link", vehicle.links[owner[i].first].name) + ": " +
+                      placed[i].shape->text + " lies inside " + placed[by[i]].shape->text + " of link '" +
+                      vehicle.links[owner[by[i]].first].name + "' (line " + std::to_string(placed[by[i]].shape->line) +
+                      "): one stands for both");
+    }
+  }
+  return dropped;
 }
 
 /// Keeps a fit from coming down to the ground before the wheels do.
@@ -133,11 +158,11 @@ double fitError(const Vector3d& radii, const std::vector<PlacedShape>& shapes_E)
 }
 
 void addEllipsoids(VehicleDescription& vehicle, const std::vector<std::vector<CollisionShape>>& shapes,
-                   const std::vector<GroundWheel>& wheels, std::vector<std::string>& notes) {
+                   const std::vector<GroundWheel>& wheels, const ShapeRules& rules, std::vector<std::string>& notes) {
   const std::vector<int> parents = parentLinks(vehicle);
   const std::vector<Pose> X_RL = linkPosesAtZero(vehicle);
   std::vector<bool> done(vehicle.links.size(), false);
-  double wheel_bottom = kInfinity;
+  double wheel_bottom = kInfinity, wheel_radius = 0.0;
   for (const GroundWheel& wheel : wheels) {
     const JointDescription& joint = vehicle.joints[wheel.joint];
     LinkDescription& link = vehicle.links[wheel.joint + 1];
@@ -152,27 +177,40 @@ void addEllipsoids(VehicleDescription& vehicle, const std::vector<std::vector<Co
         placed.size() == 1 && placed.front().shape->kind == CollisionShape::Kind::kEllipsoid && e.fit_error == 0.0;
     if (!exact) notes.push_back(wheelNote(link.name, wheel.measure, e));
     wheel_bottom = std::min(wheel_bottom, wheel.bottom);
+    wheel_radius = std::max(wheel_radius, wheel.measure.radius);
     link.ellipsoids.push_back(std::move(e));
   }
+  const std::vector<std::vector<bool>> dropped = coveredShapes(vehicle, shapes, parents, done, notes);
   for (std::size_t l = 0; l < vehicle.links.size(); ++l) {
     if (done[l]) continue;
     LinkDescription& link = vehicle.links[l];
-    for (const CollisionShape& shape : shapes[l]) {
-      EllipsoidDescription e = bodyEllipsoid(shape, vehicle.file);
-      e.name = shapes[l].size() == 1 ? link.name : link.name + "/" + std::to_string(link.ellipsoids.size() + 1);
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < shapes[l].size(); ++i) kept += dropped[l][i] ? 0 : 1;
+    for (std::size_t i = 0; i < shapes[l].size(); ++i) {
+      if (dropped[l][i]) continue;
+      const CollisionShape& shape = shapes[l][i];
+      const double shape_low = lowest(shape, X_RL[l] * shape.X_LS);
+      const bool leans = wheels.size() < 3 && !wheels.empty() && shape_low < wheel_bottom + kLeans * wheel_radius;
+      const int count = leans ? std::max(rules.body_ellipsoids, kLeaningEllipsoids) : rules.body_ellipsoids;
+      std::vector<EllipsoidDescription> compound = bodyEllipsoids(shape, count, vehicle.file);
       if (shape.kind != CollisionShape::Kind::kEllipsoid) {
-        notes.push_back("link '" + link.name + "': " + e.source + " stands as an ellipsoid of semi-axes " +
-                        extentsText(e.radii) + " m, fit error " + numberText(e.fit_error) + " m");
+        notes.push_back("link '" + link.name + "': " + compound.front().source + " stands as " +
+                        (compound.size() == 1 ? "an ellipsoid of semi-axes " + extentsText(compound.front().radii) + " m"
+                                              : std::to_string(compound.size()) + " ellipsoids") +
+                        ", fit error " + numberText(compound.front().fit_error) + " m");
       }
-      if (!wheels.empty()) {
-        keepAboveWheels(e, shape, X_RL[l], wheel_bottom, link.name, notes);
-        const double low = lowest(e, X_RL[l]);
-        if (low < wheel_bottom) {
-          notes.push_back("link '" + link.name + "': " + e.source + " reaches " + numberText(wheel_bottom - low) +
-                          " m below the wheels; the vehicle will stand on it");
-        }
+      const bool single = kept == 1 && compound.size() == 1;
+      double low = kInfinity;
+      for (EllipsoidDescription& e : compound) {
+        e.name = single ? link.name : link.name + "/" + std::to_string(link.ellipsoids.size() + 1);
+        if (!wheels.empty()) keepAboveWheels(e, shape, X_RL[l], wheel_bottom, link.name, notes);
+        low = std::min(low, lowest(e, X_RL[l]));
+        link.ellipsoids.push_back(std::move(e));
       }
-      link.ellipsoids.push_back(std::move(e));
+      if (!wheels.empty() && low < wheel_bottom) {
+        notes.push_back("link '" + link.name + "': " + link.ellipsoids.back().source + " reaches " +
+                        numberText(wheel_bottom - low) + " m below the wheels; the vehicle will stand on it");
+      }
     }
   }
 }

@@ -79,7 +79,7 @@ Loaded<std::string> findShipped(const ShippedNames& names, const std::string& wh
 UriResolver shippedResolver(std::vector<std::string> package_dirs, const std::string& file, const std::string& share,
                             std::function<std::string(const std::string&)> package_path) {
   const std::string folder = fs::path(file).parent_path().string();
-  if (package_dirs.empty()) package_dirs.push_back(folder);
+  if (package_dirs.empty()) package_dirs = packageDirsOf(file);
   const UriResolver given = fileResolver(package_dirs, folder);
   return [given, share, package_path](const std::string& uri) -> std::optional<std::string> {
     if (auto found = given(uri)) return found;

@@ -79,6 +79,9 @@ void applyLimits(const JointText& text, const Place& place, JointDescription& jo
                                     " and the other is 0 by default; allowed is lower <= upper");
     }
   }
+  constexpr double kUnlimited = 1e6;  // a million radians or metres are no stop
+  if (joint.lower <= -kUnlimited) joint.lower = -kInfinity;
+  if (joint.upper >= kUnlimited) joint.upper = kInfinity;
   if (limit.effort > 0.0) joint.effort_limit = limit.effort;
   if (limit.velocity > 0.0) joint.velocity_limit = limit.velocity;
 }
@@ -106,17 +109,15 @@ LinkDescription describeLink(const LinkText& text, const std::string& file, Prob
   if (!text.inertial) return link;
   const InertialText& inertial = *text.inertial;
   const Place place{file, "link", link.name, problems, notes};
+  link.inertial_line = inertial.line;
   if (inertial.mass == 0.0) {
     if (inertial.inertia.cwiseAbs().maxCoeff() > 0.0) {
       place.note(inertial.line, "mass 0 with an inertia: the inertia is ignored, what weighs nothing resists nothing");
     }
     return link;
   }
-  const std::string fault = inertiaFault(inertial.inertia);
-  if (!fault.empty()) {
-    place.problem(inertial.line, fault);
-    return link;
-  }
+  // Whether that is a reason to refuse the file depends on what is fixed to the link: the lint says.
+  link.inertia_fault = inertiaFault(inertial.inertia);
   link.mass = inertial.mass;
   link.p_Lcm = inertial.X_LI.p;
   const Eigen::Matrix3d R = inertial.X_LI.q.toRotationMatrix();
@@ -180,13 +181,17 @@ VehicleDescription describe(const UrdfText& urdf, const TreeOrder& order, const 
 
 void checkJointsAndInertias(const UrdfText& urdf, const std::string& file, Problems& problems,
                             std::vector<std::string>& notes) {
-  for (const LinkText& link : urdf.links) describeLink(link, file, problems, notes);
+  for (const LinkText& link : urdf.links) {
+    const LinkDescription described = describeLink(link, file, problems, notes);
+    if (!described.inertia_fault.empty())
+      problems.push_back({placeText(file, described.inertial_line, "link", link.name), described.inertia_fault});
+  }
   for (const JointText& joint : urdf.joints) describeJoint(joint, file, problems, notes);
   checkMimics(urdf, file, problems);
 }
 
 void checkMasses(const VehicleDescription& vehicle, const UrdfText& urdf, const std::map<std::string, JointRole>& roles,
-                 Problems& problems) {
+                 bool repair, Problems& problems) {
   std::map<std::string, const LinkText*> texts;
   for (const LinkText& link : urdf.links) texts.emplace(link.name, &link);
   const std::vector<int> parents = parentLinks(vehicle);
@@ -204,7 +209,7 @@ void checkMasses(const VehicleDescription& vehicle, const UrdfText& urdf, const 
       shapes = shapes || text.collision_count > 0;
       complete = complete && text.complete;
     }
-    if (mass > 0.0 || !complete) continue;  // a mass that could not be read is a problem already
+    if (mass > 0.0 || !complete || repair) continue;  // a mass that could not be read is a problem already
     const std::string place = placeText(vehicle.file, vehicle.links[l].line, "link", vehicle.links[l].name);
     const std::string allowed = "; allowed is an <inertial> with a mass > 0 kg and its inertia";
     if (!joint) {

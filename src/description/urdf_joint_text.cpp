@@ -12,8 +12,8 @@ using tinyxml2::XMLElement;
 std::optional<LimitText> readLimit(const XMLElement& element, XmlReader& reader) {
   LimitText limit;
   limit.line = element.GetLineNum();
-  limit.lower = reader.optionalNumber(element, "lower", kAnyNumber);
-  limit.upper = reader.optionalNumber(element, "upper", kAnyNumber);
+  limit.lower = reader.optionalNumber(element, "lower", kAnyLimit);
+  limit.upper = reader.optionalNumber(element, "upper", kAnyLimit);
   // Both are asked for by urdfdom, and with it by every ROS tool: a limit without them loads nowhere.
   const auto effort = reader.number(element, "effort", kNotNegative);
   const auto velocity = reader.number(element, "velocity", kNotNegative);
@@ -78,6 +78,18 @@ std::optional<double> gazeboNumber(const XMLElement& parent, const char* tag, co
   if (value && *value >= allowed.min && *value <= allowed.max) return value;
   reader.problem(element->GetLineNum(),
                  "<" + std::string(tag) + "> reads \"" + (text ? text : "") + "\"; allowed is " + allowed.text);
+  return std::nullopt;
+}
+
+/// A number of a surface; one that cannot be read is no reason to refuse what other programs take.
+std::optional<double> surfaceNumber(const XMLElement& parent, const char* tag, XmlReader& reader) {
+  const XMLElement* element = parent.FirstChildElement(tag);
+  if (!element) return std::nullopt;
+  const char* text = element->Attribute("value") ? element->Attribute("value") : element->GetText();
+  const auto value = parseNumber(text ? text : "");
+  if (value && *value >= 0.0) return value;
+  reader.note(element->GetLineNum(), "<" + std::string(tag) + "> reads \"" + (text ? text : "") +
+                                         "\", which makes no physical sense (a number >= 0 would): it is ignored");
   return std::nullopt;
 }
 
@@ -162,7 +174,7 @@ void readDrivePlugins(const XMLElement& gazebo, std::vector<TransmissionText>& t
 }
 
 void readGazebo(const XMLElement& element, const std::string& file, std::vector<GazeboJointText>& gazebo,
-                Problems& problems, std::vector<std::string>& notes) {
+                std::vector<GazeboLinkText>& surfaces, Problems& problems, std::vector<std::string>& notes) {
   const char* reference = element.Attribute("reference");
   if (!reference) return;
   XmlReader reader(file, "gazebo", reference, problems, notes);
@@ -172,6 +184,12 @@ void readGazebo(const XMLElement& element, const std::string& file, std::vector<
   joint.spring_stiffness = gazeboNumber(element, "springStiffness", kNotNegative, reader);
   joint.spring_reference = gazeboNumber(element, "springReference", kAnyNumber, reader);
   if (joint.spring_stiffness || joint.spring_reference) gazebo.push_back(joint);
+  GazeboLinkText surface{reference, element.GetLineNum(), {}, {}, {}, {}};
+  surface.mu1 = surfaceNumber(element, "mu1", reader);
+  surface.mu2 = surfaceNumber(element, "mu2", reader);
+  surface.kp = surfaceNumber(element, "kp", reader);
+  surface.kd = surfaceNumber(element, "kd", reader);
+  if (surface.mu1 || surface.mu2 || surface.kp || surface.kd) surfaces.push_back(surface);
 }
 
 }  // namespace ellipsoid_vehicle_sim

@@ -6,9 +6,7 @@
 #include <cmath>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <mutex>
-#include <sstream>
 #include <utility>
 
 #include "ellipsoid_vehicle_sim/description/joint_roles.h"
@@ -16,6 +14,7 @@
 #include "ellipsoid_vehicle_sim/description/shapes_to_ellipsoids.h"
 #include "ellipsoid_vehicle_sim/description/urdf_text.h"
 #include "ellipsoid_vehicle_sim/description/vehicle_tree.h"
+#include "ellipsoid_vehicle_sim/description/xacro.h"
 #include "text_to_description.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -125,11 +124,45 @@ void checkGroundContact(const VehicleDescription& vehicle, const std::vector<Gro
   }
 }
 
+int lineOf(const VehicleDescription& vehicle, const std::string& link) {
+  for (const LinkDescription& l : vehicle.links)
+    if (l.name == link) return l.line;
+  return 0;
+}
+
+/// Lints masses and inertias: repairs them, or refuses what cannot be and warns of what is odd.
+void lint(VehicleDescription& vehicle, const std::vector<std::vector<CollisionShape>>& shapes,
+          const std::vector<GroundWheel>& wheels, const UrdfOptions& options, Loaded<VehicleDescription>& result) {
+  const bool refused = !result.problems.empty();
+  const std::vector<InertiaFinding> findings = lintInertias(vehicle, shapes, wheels);
+  if (options.findings) *options.findings = findings;
+  if (options.repair_inertia && !refused) return repairInertias(findings, vehicle, result.notes);
+  for (const InertiaFinding& f : findings) {
+    const std::string place = placeText(vehicle.file, f.line, "link", f.link);
+    const std::string suggested = f.suggestion.empty() ? "" : "; suggested: " + f.suggestion;
+    // A mass of 0 is told by checkMasses, with the joint it moves on.
+    if (f.kind == InertiaFinding::Kind::kMass && f.message.find("weighs 0 kg") != std::string::npos) {
+      for (Problem& problem : result.problems)
+        if (problem.where == placeText(vehicle.file, lineOf(vehicle, f.link), "link", f.link)) problem.message += suggested;
+      continue;
+    }
+    if (f.fault && (!f.tolerated || refused)) {
+      result.problems.push_back({place, f.message + suggested + ", or repair_inertia: true"});
+    } else if (f.fault) {
+      result.notes.push_back("WARNING " + place + ": " + f.message +
+                             "; with what is fixed to it or held against it the whole can be, so that it is taken as it is" +
+                             suggested);
+    } else if (!refused) {
+      result.notes.push_back("WARNING " + place + ": " + f.message + suggested);
+    }
+  }
+}
+
 Loaded<VehicleDescription> load(const std::string& text, const std::string& file, const UriResolver& resolver,
                                 const UrdfOptions& options) {
   Loaded<VehicleDescription> result;
   Problems& problems = result.problems;
-  const auto urdf = readUrdfText(text, file, problems, result.notes);
+  const auto urdf = readUrdfText(text, file, problems, result.notes, options.repair_inertia);
   if (!urdf) return result;
 
   // Everything that can be said about the file by itself, before the first refusal stops the work.
@@ -146,12 +179,18 @@ Loaded<VehicleDescription> load(const std::string& text, const std::string& file
     shapes.push_back(builder.build(link, problems, result.notes));
   }
   noteMissingVisuals(*urdf, builder, file, result.notes);
-  if (order) checkMasses(vehicle, *urdf, options.roles, problems);
+  if (order) checkMasses(vehicle, *urdf, options.roles, options.repair_inertia, problems);
   compareWithUrdfdom(text, *urdf, file, !problems.empty(), problems);
-  if (!problems.empty()) return result;
+  if (!problems.empty()) {
+    // What the lint would say of single links is worth hearing all the same.
+    if (order) lint(vehicle, shapes, {}, options, result);
+    return result;
+  }
 
   const auto wheels = assignRoles(vehicle, shapes, hints, problems, result.notes);
-  addEllipsoids(vehicle, shapes, wheels, result.notes);
+  lint(vehicle, shapes, wheels, options, result);
+  addEllipsoids(vehicle, shapes, wheels, ShapeRules{options.body_ellipsoids}, result.notes);
+  addSurfaces(vehicle, *urdf, wheels, result.notes);
   checkGroundContact(vehicle, wheels, problems, result.notes);
   noteEffortLimits(vehicle, *urdf, result.notes);
   if (problems.empty()) result.value = std::move(vehicle);
@@ -179,20 +218,15 @@ Loaded<VehicleDescription> loadUrdfText(const std::string& text, const std::stri
 
 Loaded<VehicleDescription> loadUrdfFile(const std::string& path, const UriResolver& resolver,
                                         const UrdfOptions& options) {
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) {
-    return {std::nullopt, {{path, "this is a folder; allowed is a URDF file"}}, {}};
-  }
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream)
-    return {std::nullopt, {{path, "the file does not exist or cannot be opened; allowed is a URDF file"}}, {}};
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (resolver) return loadGuarded(text.str(), path, resolver, options);
+  Loaded<std::string> text = readVehicleText(path);
+  if (!text) return {std::nullopt, text.problems, {}};
   std::string folder = std::filesystem::path(path).parent_path().string();
   if (folder.empty()) folder = ".";
-  const auto dirs = options.package_dirs.empty() ? std::vector<std::string>{folder} : options.package_dirs;
-  return loadGuarded(text.str(), path, fileResolver(dirs, folder), options);
+  const auto dirs = options.package_dirs.empty() ? packageDirsOf(path) : options.package_dirs;
+  Loaded<VehicleDescription> loaded =
+      loadGuarded(*text.value, path, resolver ? resolver : fileResolver(dirs, folder), options);
+  loaded.notes.insert(loaded.notes.begin(), text.notes.begin(), text.notes.end());
+  return loaded;
 }
 
 }  // namespace ellipsoid_vehicle_sim

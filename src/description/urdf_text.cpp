@@ -85,7 +85,15 @@ std::optional<ShapeText> readGeometry(const XMLElement& geometry, bool collision
     reader.problem(geometry.GetLineNum(), "<geometry> is empty; it needs one of box, cylinder, sphere, mesh");
     return std::nullopt;
   }
-  if (const XMLElement* second = element->NextSiblingElement()) {
+  const std::set<std::string> shapes = {"box", "cylinder", "sphere", "mesh", "capsule", "ellipsoid", "plane"};
+  for (const XMLElement* other = element->NextSiblingElement(); other; other = other->NextSiblingElement()) {
+    const std::string name = other->Name();
+    if (shapes.count(name) == 0)
+      reader.note(other->GetLineNum(), "<" + name + "> inside <geometry> is ignored, as by every ROS tool");
+  }
+  const XMLElement* second = element->NextSiblingElement();
+  while (second && shapes.count(second->Name()) == 0) second = second->NextSiblingElement();
+  if (second) {
     reader.problem(second->GetLineNum(),
                    "<geometry> holds a second shape <" + std::string(second->Name()) +
                        ">; allowed is one, put the other in a <collision> or <visual> of its own");
@@ -141,7 +149,7 @@ std::optional<ShapeText> readShape(const XMLElement& parent, bool collision, Xml
   return shape;
 }
 
-std::optional<InertialText> readInertial(const XMLElement& element, XmlReader& reader) {
+std::optional<InertialText> readInertial(const XMLElement& element, bool accept_negative_mass, XmlReader& reader) {
   InertialText inertial;
   inertial.line = element.GetLineNum();
   inertial.X_LI = reader.origin(element);
@@ -150,7 +158,10 @@ std::optional<InertialText> readInertial(const XMLElement& element, XmlReader& r
   if (!mass) reader.problem(inertial.line, "<inertial> has no <mass>; it needs one");
   if (!inertia) reader.problem(inertial.line, "<inertial> has no <inertia>; it needs one");
   std::optional<double> value;
-  if (mass) value = reader.number(*mass, "value", kMass);
+  if (mass) value = reader.number(*mass, "value", accept_negative_mass ? kAnyMass : kMass);
+  const auto read = parseNumber(mass && mass->Attribute("value") ? mass->Attribute("value") : "");
+  if (mass && !value && read && *read < 0.0)
+    reader.suggest("<mass value=\"" + numberText(-*read) + "\"/>, or repair_inertia: true");
   bool complete = value.has_value() && inertia;
   if (value) inertial.mass = *value;
   if (inertia) {
@@ -167,7 +178,7 @@ std::optional<InertialText> readInertial(const XMLElement& element, XmlReader& r
   return inertial;
 }
 
-LinkText readLink(const XMLElement& element, const std::string& file, Problems& problems,
+LinkText readLink(const XMLElement& element, const std::string& file, bool accept_negative_mass, Problems& problems,
                   std::vector<std::string>& notes) {
   LinkText link;
   link.line = element.GetLineNum();
@@ -179,7 +190,7 @@ LinkText readLink(const XMLElement& element, const std::string& file, Problems& 
   link.visual_count = countChildren(element, "visual");
   link.collision_count = countChildren(element, "collision");
   if (const XMLElement* inertial = element.FirstChildElement("inertial")) {
-    link.inertial = readInertial(*inertial, reader);
+    link.inertial = readInertial(*inertial, accept_negative_mass, reader);
     if (const XMLElement* second = inertial->NextSiblingElement("inertial")) {
       reader.problem(second->GetLineNum(), "a second <inertial>; allowed is one");
     }
@@ -217,7 +228,7 @@ bool isGitLfsPointer(const std::string& text) {
 }
 
 std::optional<UrdfText> readUrdfText(const std::string& text, const std::string& file, Problems& problems,
-                                     std::vector<std::string>& notes) {
+                                     std::vector<std::string>& notes, bool accept_negative_mass) {
   const std::string reason = notXmlReason(text);
   if (!reason.empty()) {
     problems.push_back({file, reason});
@@ -253,7 +264,7 @@ std::optional<UrdfText> readUrdfText(const std::string& text, const std::string&
   for (auto* e = robot->FirstChildElement(); e; e = e->NextSiblingElement()) {
     const std::string tag = e->Name();
     if (tag == "link") {
-      urdf.links.push_back(readLink(*e, file, problems, notes));
+      urdf.links.push_back(readLink(*e, file, accept_negative_mass, problems, notes));
     } else if (tag == "joint") {
       urdf.joints.push_back(readJoint(*e, file, problems, notes));
     } else if (tag == "transmission") {
@@ -263,7 +274,7 @@ std::optional<UrdfText> readUrdfText(const std::string& text, const std::string&
       notes.push_back(placeText(file, e->GetLineNum(), "", "") +
                       ": of <ros2_control> only the joints with a command interface are read, as hints of what drives");
     } else if (tag == "gazebo") {
-      readGazebo(*e, file, urdf.gazebo_joints, problems, notes);
+      readGazebo(*e, file, urdf.gazebo_joints, urdf.gazebo_links, problems, notes);
       readDrivePlugins(*e, urdf.transmissions);
     } else if (tag != "material") {
       notes.push_back(placeText(file, e->GetLineNum(), "", "") + ": <" + tag + "> is ignored");

@@ -3,6 +3,7 @@
 #include <tinyxml2.h>
 
 #include <algorithm>
+#include <algorithm>
 #include <filesystem>
 #include <utility>
 
@@ -42,8 +43,24 @@ std::optional<std::string> inPackage(const std::vector<std::string>& dirs, const
                                      const std::string& rest) {
   for (const std::string& dir : dirs) {
     if (auto file = existingFile(fs::path(dir) / name / rest)) return file;
-    if (folderName(dir) != name && packageName(dir) != name) continue;
-    if (auto file = existingFile(fs::path(dir) / rest)) return file;
+    if (folderName(dir) == name || packageName(dir) == name) {
+      if (auto file = existingFile(fs::path(dir) / rest)) return file;
+    }
+  }
+  // Checkouts in folders of other names, one below.
+  for (const std::string& dir : dirs) {
+    std::error_code error;
+    std::vector<fs::path> folders;
+    for (fs::directory_iterator at(dir, fs::directory_options::skip_permission_denied, error), end; !error && at != end;
+         at.increment(error)) {
+      std::error_code ignored;
+      if (at->is_directory(ignored) && fs::exists(at->path() / "package.xml", ignored)) folders.push_back(at->path());
+    }
+    std::sort(folders.begin(), folders.end());  // the same one everywhere, whatever order the disk has
+    for (const fs::path& folder : folders) {
+      if (packageName(folder) != name) continue;
+      if (auto file = existingFile(folder / rest)) return file;
+    }
   }
   return std::nullopt;
 }
@@ -65,10 +82,22 @@ UriResolver fileResolver(std::vector<std::string> package_dirs, std::string base
   };
 }
 
+std::vector<std::string> packageDirsOf(const std::string& file) {
+  std::error_code error;
+  std::vector<std::string> dirs;
+  fs::path folder = fs::absolute(file, error).lexically_normal().parent_path();
+  for (int i = 0; i < 4 && !error && folder.has_relative_path(); ++i) {
+    dirs.push_back(folder.string());
+    folder = folder.parent_path();
+  }
+  if (dirs.empty()) dirs.push_back(".");
+  return dirs;
+}
+
 UriResolver fileResolver(const std::string& file) {
   std::string folder = fs::path(file).parent_path().string();
   if (folder.empty()) folder = ".";
-  return fileResolver({folder}, folder);
+  return fileResolver(packageDirsOf(file), folder);
 }
 
 UriResolver recordingResolver(UriResolver resolver, std::shared_ptr<std::vector<std::string>> found) {

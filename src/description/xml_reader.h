@@ -21,11 +21,14 @@ struct Allowed {
 };
 
 constexpr Allowed kAnyNumber{};
+/// "1e+16" is some tools' word for "no limit"; no joint gets there.
+constexpr Allowed kAnyLimit{-1e300, 1e300, "a finite number between -1e300 and 1e300"};
 constexpr Allowed kNotNegative{0.0, kLargestNumber, "a finite number >= 0, at most 1e15"};
 constexpr Allowed kAnyLength{-kLargestLength, kLargestLength, "a finite number between -1e6 and 1e6 m"};
 constexpr Allowed kPositiveLength{kSmallestLength, kLargestLength, "a finite number > 0, between 1e-9 and 1e6 m"};
 constexpr Allowed kPositiveScale{kSmallestLength, kLargestLength, "a finite number > 0, between 1e-9 and 1e6"};
 constexpr Allowed kMass{0.0, kLargestMass, "a finite number >= 0, at most 1e9 kg"};
+constexpr Allowed kAnyMass{-kLargestMass, kLargestMass, "a finite number, at most 1e9 kg either way"};
 constexpr Allowed kInertia{-kLargestInertia, kLargestInertia, "a finite number between -1e15 and 1e15 kg m^2"};
 
 /// Reads attributes of one link, joint or other named element, and collects what is wrong with them under its name.
@@ -36,6 +39,8 @@ class XmlReader {
 
   void problem(int line, const std::string& message);
   void note(int line, const std::string& message);
+  /// Adds to the last problem what could be written instead.
+  void suggest(const std::string& text) { problems_.back().message += "; suggested: " + text; }
   /// True while nothing was refused through this reader.
   bool ok() const { return ok_; }
 
@@ -74,6 +79,6 @@ void readTransmission(const tinyxml2::XMLElement& element, std::vector<Transmiss
 void readRos2Control(const tinyxml2::XMLElement& element, std::vector<TransmissionText>& transmissions);
 void readDrivePlugins(const tinyxml2::XMLElement& gazebo, std::vector<TransmissionText>& transmissions);
 void readGazebo(const tinyxml2::XMLElement& element, const std::string& file, std::vector<GazeboJointText>& gazebo,
-                Problems& problems, std::vector<std::string>& notes);
+                std::vector<GazeboLinkText>& surfaces, Problems& problems, std::vector<std::string>& notes);
 
 }  // namespace ellipsoid_vehicle_sim

@@ -18,6 +18,7 @@
 #include "ellipsoid_vehicle_sim/description/urdf_loader.h"
 #include "ellipsoid_vehicle_sim/description/urdf_text.h"
 #include "ellipsoid_vehicle_sim/description/world_file.h"
+#include "ellipsoid_vehicle_sim/description/xacro.h"
 #include "ellipsoid_vehicle_sim/ros/resources.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -60,10 +61,11 @@ Loaded<UrdfSource> findUrdf(const ros::NodeHandle& nh, const NodeOptions& option
       source.text = description;
       result.notes.push_back("the vehicle is the URDF in " + key + ", its files are looked for beside " + source.file);
     } else {
-      std::ifstream in(source.file, std::ios::binary);
-      std::ostringstream text;
-      text << in.rdbuf();
-      source.text = text.str();
+      Loaded<std::string> text = readVehicleText(source.file);
+      append(text.problems, result.problems);
+      append(text.notes, result.notes);
+      if (!text) return result;
+      source.text = std::move(*text.value);
       // For robot_state_publisher, RViz and whoever else wants to know the robot.
       nh.setParam("robot_description", source.text);
     }
@@ -241,6 +243,10 @@ Loaded<NodeSetup> loadSetup(const ros::NodeHandle& nh, const ros::NodeHandle& nh
     urdf_options.drive_joints = options.drive_joints;
     urdf_options.roles = rolesFromWords(options.joint_roles, "~joint_roles", problems);
     urdf_options.forward_yaw = forwardFromWord(options.forward, "~forward", problems);
+    urdf_options.repair_inertia = options.repair_inertia;
+    if (options.body_ellipsoids != std::floor(options.body_ellipsoids))
+      problems.push_back({"~body_ellipsoids", "is " + std::to_string(options.body_ellipsoids) + "; allowed is a whole number"});
+    urdf_options.body_ellipsoids = static_cast<int>(options.body_ellipsoids);
     const UriResolver resolver = packageResolver(options.package_dirs, urdf.value->file);
     vehicle = loadUrdfText(urdf.value->text, urdf.value->file, recordingResolver(resolver, vehicle_files), urdf_options);
     drawn_links = drawnLinks(*urdf.value, resolver);

@@ -104,6 +104,12 @@ ParameterTable<NodeOptions> nodeParameters() {
                                       &O::forward,
                                       "Which way of the root link is forward. auto: across the axles, to the end that "
                                       "the wheels' names call the front, else x (or y); the log says which."),
+      flagParameter("repair_inertia", &O::repair_inertia,
+                    "Replace masses and inertias that no body has, or that do not go with the shapes beside them, by "
+                    "what urdf_doctor suggests; each is logged. Without it they are refused, or told."),
+      numberParameter("body_ellipsoids", "-", 1.0, 64.0, &O::body_ellipsoids,
+                      "Ellipsoids that stand for each box, cylinder or mesh of the body, at most: more fit better, and "
+                      "cost as much as so many wheels."),
       listParameter("start", "m, m, rad", 3, &O::start,
                     "x, y and yaw at which the vehicle is set down. Not given: the world's."),
       textParameter("odom_frame", &O::odom_frame,

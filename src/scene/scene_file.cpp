@@ -4,6 +4,7 @@
 
 #include "ellipsoid_vehicle_sim/description/number_text.h"
 #include "ellipsoid_vehicle_sim/description/parameter_file.h"
+#include "ellipsoid_vehicle_sim/description/shapes_to_ellipsoids.h"
 #include "ellipsoid_vehicle_sim/description/shipped_files.h"
 #include "ellipsoid_vehicle_sim/description/yaml_reader.h"
 #include "ellipsoid_vehicle_sim/scene/scene.h"
@@ -69,7 +70,8 @@ class SceneReader : private YamlReader {
     if (!root.IsMap()) return problem(root, "a scene is a dictionary with the keys vehicle, world and duration");
     const std::vector<std::string> keys = {"description", "vehicle", "world",       "package_dirs", "drive_joints",
                                            "joint_roles", "start",   "commands",    "duration",     "horizon",
-                                           "length",      "measure", "closed_form", "parameters",   "headings",     "forward"};
+                                           "length",      "measure", "closed_form", "parameters",   "headings",     "forward",
+                                           "repair_inertia", "body_ellipsoids"};
     YAML::Node parameters;
     std::optional<double> horizon;
     YAML::Node horizon_node;
@@ -81,6 +83,11 @@ class SceneReader : private YamlReader {
       if (key == "drive_joints") readTexts(value, key, scene_.drive_joints);
       if (key == "joint_roles") readTexts(value, key, scene_.joint_roles);
       if (key == "forward") scene_.forward = text(value, key);
+      if (key == "repair_inertia") scene_.repair_inertia = flag(value, key).value_or(false);
+      if (key == "body_ellipsoids") {
+        given_body_ellipsoids_ = true;
+        readWhole(value, key, kMostBodyEllipsoids, scene_.body_ellipsoids);
+      }
       if (key == "start") readStart(value);
       if (key == "commands") readCommands(value);
       if (key == "duration") scene_.duration = number(value, key, kDuration, false).value_or(0.0);
@@ -196,11 +203,14 @@ class SceneReader : private YamlReader {
     }
   }
 
-  void readHeadings(const YAML::Node& value) {
-    const auto n = number(value, "headings", {1.0, 360.0, "a whole number from 1 to 360"}, false);
+  void readHeadings(const YAML::Node& value) { readWhole(value, "headings", 360, scene_.headings); }
+
+  void readWhole(const YAML::Node& value, const std::string& key, int most, int& number_of) {
+    const std::string allowed = "a whole number from 1 to " + std::to_string(most);
+    const auto n = number(value, key, {1.0, static_cast<double>(most), allowed.c_str()}, false);
     if (n && *n != std::floor(*n))
-      return problem(value, "'headings' is " + numberText(*n) + "; allowed is a whole number from 1 to 360");
-    scene_.headings = static_cast<int>(n.value_or(1.0));
+      return problem(value, "'" + key + "' is " + numberText(*n) + "; allowed is " + allowed);
+    number_of = static_cast<int>(n.value_or(1.0));
   }
 
   void readMeasures(const YAML::Node& node) {
@@ -263,6 +273,22 @@ class SceneReader : private YamlReader {
       if (word && scene_.forward == "auto") scene_.forward = *word;
       values.value->erase(found);
     }
+    if (const auto found = values.value->find("repair_inertia"); found != values.value->end()) {
+      const auto* repair = std::get_if<bool>(&found->second);
+      if (!repair) problems.push_back({beside.string() + " repair_inertia", "is neither true nor false"});
+      if (repair) scene_.repair_inertia = scene_.repair_inertia || *repair;
+      values.value->erase(found);
+    }
+    if (const auto found = values.value->find("body_ellipsoids"); found != values.value->end()) {
+      const auto* count = std::get_if<std::int64_t>(&found->second);
+      if (!count || *count < 1 || *count > kMostBodyEllipsoids) {
+        problems.push_back({beside.string() + " body_ellipsoids",
+                            "is no whole number from 1 to " + std::to_string(kMostBodyEllipsoids)});
+      } else if (!given_body_ellipsoids_) {
+        scene_.body_ellipsoids = static_cast<int>(*count);
+      }
+      values.value->erase(found);
+    }
     for (const auto& left : *values.value)
       notes_.push_back(beside.string() + ": '" + left.first +
                        "' is no parameter of the physics and has no meaning here");
@@ -282,6 +308,7 @@ class SceneReader : private YamlReader {
 
   const std::string& share_;
   std::string folder_;
+  bool given_body_ellipsoids_ = false;
   Scene scene_;
   std::vector<std::string> command_lines_, notes_;
 };

@@ -28,6 +28,8 @@ Loaded<LoadedScene> loadSceneFiles(const Scene& scene, const std::string& share)
   UrdfOptions options;
   options.drive_joints = scene.drive_joints;
   options.roles = rolesFromWords(scene.joint_roles, scene.file + " joint_roles", result.problems);
+  options.repair_inertia = scene.repair_inertia;
+  options.body_ellipsoids = scene.body_ellipsoids;
   options.forward_yaw = forwardFromWord(scene.forward, scene.file + " forward", result.problems);
   const UriResolver vehicle_resolver = recordingResolver(shippedResolver(scene.package_dirs, scene.vehicle, share), found);
   Loaded<VehicleDescription> vehicle = loadUrdfFile(scene.vehicle, vehicle_resolver, options);

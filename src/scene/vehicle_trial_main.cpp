@@ -16,7 +16,7 @@ constexpr const char* kUsage =
     "Stands, drives, turns, stops and climbs VEHICLE (a shipped name or the path of a URDF) in WORLD (a shipped name or\n"
     "the path of a mesh or world YAML), as far as its ground allows, and prints one line of JSON.\n"
     "  --set KEY=VALUE     a parameter of the physics (launch/simulator.yaml), over VEHICLE.yaml beside the vehicle\n"
-    "  --package-dir DIR   a folder searched for package://NAME/...; default: the vehicle's own\n"
+    "  --package-dir DIR   a folder searched for package://NAME/... too, after the vehicle's own\n"
     "exit code: 0 all trials passed, 1 one failed or the vehicle was refused, 2 bad usage\n";
 
 int refuse(const Problems& problems) {
@@ -57,7 +57,12 @@ int run(int argc, char** argv) {
   if (!problems.empty()) return refuse(problems);
 
   Loaded<Scene> scene = sceneOf(*vehicle.value, *world.value, share);
-  if (scene && !package_dirs.empty()) scene.value->package_dirs = package_dirs;
+  if (scene && !package_dirs.empty()) {
+    // Besides what VEHICLE.yaml says, or the vehicle's own.
+    std::vector<std::string>& dirs = scene.value->package_dirs;
+    if (dirs.empty()) dirs = packageDirsOf(*vehicle.value);
+    dirs.insert(dirs.end(), package_dirs.begin(), package_dirs.end());
+  }
   problems = scene.problems;
   for (const std::string& word : overrides) {
     const std::size_t equals = word.find('=');

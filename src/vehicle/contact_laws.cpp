@@ -23,6 +23,23 @@ constexpr double kBrushLengthOfRadius = 0.25;
 // tau over the step [-]: with less both Euler methods chatter.
 constexpr double kRelaxationSteps = 2.0;
 
+// A stiffness of the file is taken if it holds at the default tick [-] and carries the mass it feels, ten times, within
+// its half width; its damping if the damping ratio is between these.
+constexpr double kFileStep = 0.6;
+constexpr double kFileLoad = 10.0;
+constexpr double kLeastFileDamping = 0.005, kMostFileDamping = 1.0;
+
+bool holds(double stiffness, double mass, const ModelEllipsoid& ellipsoid) {
+  return std::sqrt(stiffness / mass) * kDefaultTick <= kFileStep &&
+         kFileLoad * mass * 9.80665 < stiffness * 0.5 * ellipsoid.radii.minCoeff();
+}
+
+std::string text(double value) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%.4g", value);
+  return buffer;
+}
+
 // Acceleration of the point per unit force there, both along given directions [1/kg].
 double mobility(ArticulatedBody& tree, int body, const Vector3d& p_OX, const Vector3d& force, const Vector3d& along,
                 std::vector<double>& zeros, std::vector<double>& qdd, const std::vector<PrescribedMotion>& still) {
@@ -76,7 +93,16 @@ ContactLaw contactLaw(const ModelEllipsoid& ellipsoid, bool ground_wheel, const 
   if (config.stiffness) {
     law.stiffness = *config.stiffness;
     how = "given";
+  } else if (ellipsoid.file_stiffness && !config.contact_time && holds(*ellipsoid.file_stiffness, masses.normal, ellipsoid)) {
+    law.stiffness = *ellipsoid.file_stiffness;
+    how = "kp of the file";
   } else {
+    if (ellipsoid.file_stiffness && !config.contact_time)
+      report.push_back("WARNING contact of '" + ellipsoid.name + "': kp = " + text(*ellipsoid.file_stiffness) +
+                       " N/m of the file makes no physical sense here (" +
+                       (*ellipsoid.file_stiffness > masses.normal ? "stiffer than the default step holds"
+                                                                  : "its weight alone would sink it in") +
+                       "): the derived stiffness is used instead");
     const double time = config.contact_time.value_or(kDefaultContactTime);
     const double omega = bounceOfDampedSpring(zeta).contact_time / time;
     law.stiffness = masses.normal * omega * omega;
@@ -86,7 +112,18 @@ ContactLaw contactLaw(const ModelEllipsoid& ellipsoid, bool ground_wheel, const 
       how = "softened";
     }
   }
-  law.damping = config.damping.value_or(2.0 * zeta * std::sqrt(law.stiffness * masses.normal));
+  const double critical = 2.0 * std::sqrt(law.stiffness * masses.normal);
+  law.damping = config.damping.value_or(zeta * critical);
+  if (ellipsoid.file_damping && !config.damping && how == "kp of the file") {
+    const double ratio = *ellipsoid.file_damping / critical;
+    if (ratio >= kLeastFileDamping && ratio <= kMostFileDamping) {
+      law.damping = *ellipsoid.file_damping;
+    } else {
+      report.push_back("WARNING contact of '" + ellipsoid.name + "': kd = " + text(*ellipsoid.file_damping) +
+                       " N s/m of the file makes no physical sense with its kp (damping ratio " + text(ratio) +
+                       "): that of the restitution is used instead");
+    }
+  }
 
   law.mode = ground_wheel ? config.wheel_friction : config.body_friction;
   const double omega_t = kTangentialStep / kDefaultTick;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "contact_laws.h"
 #include "ellipsoid_vehicle_sim/dynamics/integrator.h"
@@ -42,16 +43,55 @@ std::string at(double x, double y) {
   return text;
 }
 
-// Mean slope of the ground under the wheels, as the up direction; straight up where it cannot be told.
-Vector3d groundNormal(const VehicleModel& model, const Terrain& terrain, double x, double y, double yaw, double z) {
-  const auto& wheels = model.drive.wheels;
-  if (wheels.size() < 3) return Vector3d::UnitZ();
-  Eigen::MatrixXd A(wheels.size(), 3);
-  Eigen::VectorXd b(wheels.size());
-  for (std::size_t i = 0; i < wheels.size(); ++i) {
-    const Vector3d p = Eigen::AngleAxisd(yaw + model.description.forward_yaw, Vector3d::UnitZ()) * wheels[i].p_FW;
-    A.row(i) << 1.0, p.x(), p.y();
-    b[i] = groundHeight(terrain, x + p.x(), y + p.y()).value_or(z) - z;
+// Places that carry the vehicle, from the root link, with x along the root's: its wheels, or where there are fewer than
+// three, what hangs lowest.
+std::vector<Vector3d> supportsOf(const VehicleModel& model) {
+  std::vector<Vector3d> places;
+  const Eigen::Quaterniond q_RF(Eigen::AngleAxisd(model.description.forward_yaw, Vector3d::UnitZ()));
+  for (const WheelUnit& wheel : model.drive.wheels) places.push_back(q_RF * wheel.p_FW);
+  if (places.size() >= 3) return places;
+  const RestGeometry rest = restGeometry(model);
+  double lowest = std::numeric_limits<double>::infinity(), size = 0.0;
+  std::vector<std::pair<double, Vector3d>> bottoms;
+  for (const ModelEllipsoid& e : model.ellipsoids) {
+    const Pose X_RE = rest.X_RB[e.body] * e.X_BE;
+    const Eigen::Matrix3d R = X_RE.q.toRotationMatrix();
+    const double reach = (R * e.radii.asDiagonal()).row(2).norm();
+    bottoms.emplace_back(X_RE.p.z() - reach, X_RE.p);
+    lowest = std::min(lowest, X_RE.p.z() - reach);
+    size = std::max(size, e.radii.maxCoeff());
+  }
+  for (const auto& [bottom, p] : bottoms)
+    if (bottom < lowest + 0.2 * size) places.push_back(p);
+  return places;
+}
+
+// Mean slope of the ground under the supports, as the up direction; straight up where it cannot be told.
+Vector3d groundNormal(const std::vector<Vector3d>& supports, const Terrain& terrain, double x, double y, double yaw,
+                      double z) {
+  std::vector<Vector3d> ground;
+  for (const Vector3d& p_R : supports) {
+    const Vector3d p = Eigen::AngleAxisd(yaw, Vector3d::UnitZ()) * p_R;
+    if (const auto height = groundHeight(terrain, x + p.x(), y + p.y()))
+      ground.emplace_back(p.x(), p.y(), *height - z);
+  }
+  // One place alone, or all on a line: the slope of the triangle itself says the rest.
+  constexpr double kApart = 1e-3;
+  Vector3d low = Vector3d::Zero(), high = low;
+  for (const Vector3d& p : ground) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  if (ground.size() < 3 || (high - low).head<2>().minCoeff() < kApart) {
+    for (const HeightHit& hit : terrain.heights(x, y)) {
+      if (!hit.faces_up) continue;
+      const Vector3d n = terrain.triangle(hit.triangle).nhat_W;
+      return std::acos(std::clamp(n.z(), -1.0, 1.0)) < kSteepest ? n : Vector3d::UnitZ();
+    }
+    return Vector3d::UnitZ();
+  }
+  Eigen::MatrixXd A(ground.size(), 3);
+  Eigen::VectorXd b(ground.size());
+  for (std::size_t i = 0; i < ground.size(); ++i) {
+    A.row(i) << 1.0, ground[i].x(), ground[i].y();
+    b[i] = ground[i].z();
   }
   const Vector3d fit = A.completeOrthogonalDecomposition().solve(b);
   const Vector3d n = Vector3d(-fit[1], -fit[2], 1.0).normalized();
@@ -79,29 +119,66 @@ double settlingStep(const VehicleModel& model) {
   return dt;
 }
 
-// Raises the vehicle until nothing overlaps the ground and no centre is below it.
+// Raises the vehicle until nothing overlaps the ground and no centre is below it. `risen`: how far; `what`: the ellipsoid
+// that asked for most of it, and what it met.
 bool raiseClear(const VehicleModel& model, const Terrain& terrain, const SimConfig& config, VehicleDynamics& dynamics,
-                VehicleState& state) {
+                VehicleState& state, double& risen, std::string& what) {
   ContactOptions options{config.contact_rule, ContactsPerEllipsoid::kOne, false, false};
   std::vector<ContactFinder> finders(model.ellipsoids.size());
   MotionRate k = dynamics.makeRate();
   const ContactMemory unknown;
+  risen = 0.0;
+  double most = 0.0;
   for (int attempt = 0; attempt < 200; ++attempt) {
     dynamics.evaluate(state, k);
     double lift = 0.0;
     for (std::size_t i = 0; i < model.ellipsoids.size(); ++i) {
       const ModelEllipsoid& e = model.ellipsoids[i];
       const PosedEllipsoid& posed = dynamics.posedEllipsoids()[i];
-      if (const auto ground = groundHeight(terrain, posed.p_WE.x(), posed.p_WE.y()))
-        lift = std::max(lift, *ground + 1e-3 * e.radii.minCoeff() - posed.p_WE.z());
+      double asked = 0.0;
+      int triangle = -1;
+      for (const HeightHit& hit : terrain.heights(posed.p_WE.x(), posed.p_WE.y())) {
+        if (!hit.faces_up) continue;
+        asked = std::max(asked, hit.z + 1e-3 * e.radii.minCoeff() - posed.p_WE.z());
+        triangle = hit.triangle;
+        break;
+      }
       const EllipsoidContacts contacts = findContacts(posed, unknown, terrain, options, finders[i]);
-      if (contacts.count > 0)
-        lift = std::max(lift, contacts.contact[0].depth / std::max(contacts.contact[0].nhat_W.z(), 0.2) + 1e-6);
+      if (contacts.count > 0) {
+        const Contact& contact = contacts.contact[0];
+        const double out = contact.depth / std::max(contact.nhat_W.z(), 0.2) + 1e-6;
+        if (out > asked) triangle = contact.triangle;
+        asked = std::max(asked, out);
+      }
+      if (asked > most && triangle >= 0) {
+        most = asked;
+        what = "'" + e.name + "' is in surface '" + terrain.surface(triangle).name + "' (triangle " +
+               std::to_string(triangle) + ")";
+      }
+      lift = std::max(lift, asked);
     }
     if (lift == 0.0) return true;
     state.motion.X_WB.p.z() += lift;
+    risen += lift;
   }
   return false;
+}
+
+bool steepAt(const Terrain& terrain, double x, double y) {
+  for (const HeightHit& hit : terrain.heights(x, y))
+    if (hit.faces_up) return terrain.triangle(hit.triangle).nhat_W.z() < std::cos(kSteepest);
+  return false;
+}
+
+// How far the vehicle may have to rise above the mean slope of the ground and still stand on that ground [m]: its wheels
+// climb kerbs, its body has some way down, and the ground bends.
+double tolerableRise(const VehicleModel& model, const std::vector<Vector3d>& supports) {
+  double radius = 0.0, reach = 0.0;
+  for (const WheelUnit& wheel : model.drive.wheels) radius = std::max(radius, wheel.radius);
+  if (model.drive.wheels.empty())
+    for (const ModelEllipsoid& e : model.ellipsoids) radius = std::max(radius, e.radii.maxCoeff());
+  for (const Vector3d& p : supports) reach = std::max(reach, p.head<2>().norm());
+  return radius + 0.2 * reach;
 }
 
 }  // namespace
@@ -134,7 +211,8 @@ Problems settle(const VehicleModel& model, const SimConfig& config, const Terrai
 
   // Just above the ground, along its mean slope.
   VehicleState start = restState(model, dynamics);
-  const Vector3d up = groundNormal(model, terrain, x, y, yaw, *ground);
+  const std::vector<Vector3d> places = supportsOf(model);
+  const Vector3d up = groundNormal(places, terrain, x, y, yaw, *ground);
   const Eigen::Quaterniond q =
       Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), up) * Eigen::AngleAxisd(yaw, Vector3d::UnitZ());
   double bottom = 0.0;
@@ -145,7 +223,16 @@ Problems settle(const VehicleModel& model, const SimConfig& config, const Terrai
   }
   const Pose X_WR{Vector3d(x, y, *ground) - up * bottom, q};
   start.motion.X_WB = X_WR * model.X_BR.inverse();
-  if (!raiseClear(model, terrain, config, dynamics, start)) return {{at(x, y), "no free space above the ground found there"}};
+  double risen = 0.0;
+  std::string what;
+  if (!raiseClear(model, terrain, config, dynamics, start, risen, what))
+    return {{at(x, y), "no free space above the ground found there"}};
+  // On ground too steep to stand on no rise means anything: the vehicle will slide off it, and that is then said.
+  if (risen > tolerableRise(model, places) && !steepAt(terrain, x, y)) {
+    char text[80];
+    std::snprintf(text, sizeof text, "it would have to rise by %.3g m to be clear of it", risen);
+    return {{at(x, y), "the vehicle would be inside geometry: " + what + "; " + text}};
+  }
 
   if (config.gravity == 0.0) {
     dynamics.accept(start, 0.0);

@@ -52,13 +52,21 @@ void VehicleDynamics::overrideFriction(std::optional<FrictionMode> mode) {
 
 void VehicleDynamics::scaleFriction(double scale) {
   friction_.clear();
-  for (const Surface& surface : terrain_.surfaces()) {
-    FrictionCoefficients mu;
-    mu.mu_static = scale * surface.mu_static.value_or(surface.mu_kinetic.value_or(config_.mu_static));
-    mu.mu_kinetic = scale * surface.mu_kinetic.value_or(surface.mu_static.value_or(config_.mu_kinetic));
-    mu.stribeck_speed = config_.stribeck_speed;
-    friction_.push_back(mu);
+  friction_row_.clear();
+  std::vector<double> rows;  // coefficients of their own that ellipsoids have
+  for (const ModelEllipsoid& ellipsoid : model_.ellipsoids) {
+    const auto found = std::find(rows.begin(), rows.end(), ellipsoid.mu);
+    friction_row_.push_back(static_cast<std::size_t>(found - rows.begin()) * terrain_.surfaces().size());
+    if (found == rows.end()) rows.push_back(ellipsoid.mu);
   }
+  for (const double own : rows)
+    for (const Surface& surface : terrain_.surfaces()) {
+      FrictionCoefficients mu;
+      mu.mu_static = scale * std::min(own, surface.mu_static.value_or(surface.mu_kinetic.value_or(config_.mu_static)));
+      mu.mu_kinetic = scale * std::min(own, surface.mu_kinetic.value_or(surface.mu_static.value_or(config_.mu_kinetic)));
+      mu.stribeck_speed = config_.stribeck_speed;
+      friction_.push_back(mu);
+    }
 }
 
 Motion VehicleDynamics::makeMotion() const {
@@ -216,7 +224,7 @@ Vec3 VehicleDynamics::anchorOf(const Motion& x, const ActiveContact& active) con
 }
 
 ContactForce VehicleDynamics::forceOf(const ActiveContact& active, const SurfaceMotion& surface) const {
-  return contactForce(lawOf(active.ellipsoid), frictionOf(active.contact.triangle), active.contact.nhat_W,
+  return contactForce(lawOf(active.ellipsoid), frictionOf(active.ellipsoid, active.contact.triangle), active.contact.nhat_W,
                       active.contact.pressed, active.contact.share, surface.v.toEigen(), surface.v_roll.toEigen(),
                       active.anchor_W);
 }
@@ -393,7 +401,7 @@ Anchors VehicleDynamics::acceptContacts(const Motion& x, int ellipsoid, const Co
     const SurfaceMotion surface = surfaceMotion(x, active);
     const Vec3 anchor = anchorOf(x, active);
     const double limit =
-        stretchLimit(lawOf(ellipsoid), frictionOf(active.contact.triangle), active.contact.nhat_W, pressed,
+        stretchLimit(lawOf(ellipsoid), frictionOf(active.ellipsoid, active.contact.triangle), active.contact.nhat_W, pressed,
                      active.contact.share, surface.v.toEigen(), surface.v_roll.toEigen());
     const double length = norm(anchor);
     anchors[j] = (length > limit ? (limit / length) * anchor : anchor).toEigen();

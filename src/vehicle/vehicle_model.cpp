@@ -239,6 +239,9 @@ class Compiler {
         ellipsoid.X_BE = X_BL[i] * shape.X_LE;
         ellipsoid.R_BE = ellipsoid.X_BE.q.toRotationMatrix();
         ellipsoid.radii = shape.radii;
+        ellipsoid.mu = shape.mu.value_or(ellipsoid.mu);
+        ellipsoid.file_stiffness = shape.stiffness;
+        ellipsoid.file_damping = shape.damping;
         model_.ellipsoids.push_back(ellipsoid);
       }
       model_.mass += links[i].mass;
@@ -399,6 +402,23 @@ class Compiler {
     }
   }
 
+  // Whether a suspension's spring can carry its load within the travel; a note says so if not, and what is used instead.
+  bool springHolds(const DynamicJoint& joint, const JointDescription& d, double load) {
+    if (joint.role != JointRole::kSuspension || d.type != JointType::kPrismatic || load == 0.0) return true;
+    const double k = *d.spring_stiffness, reference = d.spring_reference.value_or(0.0);
+    const double rest = k > 0.0 ? reference + load / k : std::copysign(std::numeric_limits<double>::infinity(), load);
+    const double travel = joint.upper - joint.lower;
+    const bool stands = !std::isfinite(travel) ? k > 0.0 : rest > joint.lower && rest < joint.upper;
+    if (stands) return true;
+    char line[320];
+    std::snprintf(line, sizeof line,
+                  "WARNING suspension '%s' (line %d): its spring of %.4g N/m about %.4g m would rest at %.4g m under %.4g N, outside "
+                  "its travel %.4g ... %.4g m: it makes no physical sense, a spring from the carried mass is used instead",
+                  d.name.c_str(), d.line, k, reference, rest, load, joint.lower, joint.upper);
+    note(line);
+    return false;
+  }
+
   // Springs: from the file, or from the carried load so that the joint rests in the middle of its travel.
   void deriveSprings() {
     const double g = config_.gravity > 0.0 ? config_.gravity : 9.80665;
@@ -406,7 +426,7 @@ class Compiler {
     for (std::size_t j = 0; j < model_.dynamic_joints.size(); ++j) {
       DynamicJoint& joint = model_.dynamic_joints[j];
       const JointDescription& d = description().joints[joint.description];
-      if (d.spring_stiffness) {
+      if (d.spring_stiffness && springHolds(joint, d, loads[j])) {
         joint.stiffness = *d.spring_stiffness;
         joint.reference = d.spring_reference.value_or(0.0);
         const double rest = joint.reference + (joint.stiffness > 0.0 ? loads[j] / joint.stiffness : 0.0);
@@ -423,7 +443,7 @@ class Compiler {
       joint.reference = middle - loads[j] / joint.stiffness;
       joint.rest = middle;
       char line[240];
-      std::snprintf(line, sizeof line, "suspension '%s': no spring in the file, carries %.4g kg: stiffness %.4g N/m, damping %.4g N s/m, rests at %.3g m",
+      std::snprintf(line, sizeof line, "suspension '%s': no spring to go by in the file, carries %.4g kg: stiffness %.4g N/m, damping %.4g N s/m, rests at %.3g m",
                     d.name.c_str(), carried, joint.stiffness, joint.damping, middle);
       note(line);
     }

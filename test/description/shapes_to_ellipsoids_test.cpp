@@ -153,9 +153,9 @@ TEST(BodyEllipsoids, AFlatMeshIsThickened) {
 }
 
 TEST(BodyEllipsoids, NamesAreUnique) {
-  const auto loaded = loadText(linkText("base", inertialText() + collisionText("<sphere radius=\"0.1\"/>") +
+  const auto loaded = loadText(linkText("base", inertialText() + collisionText("<sphere radius=\"0.1\"/>", "2 0 0") +
                                                     collisionText("<box size=\"1 1 1\"/>") +
-                                                    collisionText("<sphere radius=\"0.3\"/>")));
+                                                    collisionText("<sphere radius=\"0.3\"/>", "-2 0 0")));
   ASSERT_TRUE(isLoaded(loaded));
   std::set<std::string> names;
   for (const auto& e : linkOf(*loaded.value, "base").ellipsoids) names.insert(e.name);

@@ -36,7 +36,8 @@ struct ContactLaw {
   double viscous_friction = 0.0;      ///< f [N s/m].
 };
 
-/// Coulomb coefficients of a pair. Pair rule: the surface's own values where it has them, the vehicle's otherwise.
+/// Coulomb coefficients of a pair. Pair rule: the surface's own values where it has them, the vehicle's otherwise; at most
+/// the ellipsoid's own, where it has one (a slippery ball that stands for a caster is slippery everywhere).
 struct FrictionCoefficients {
   double mu_static = 0.0;
   double mu_kinetic = 0.0;

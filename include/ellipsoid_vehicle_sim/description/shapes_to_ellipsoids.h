@@ -21,11 +21,18 @@
 //   several           the largest rolling radius; the width over all shapes that reach 80 % of it
 // What this changes (the shapes' offset from the axis and their tilt against it) is the residual, told in a note.
 //
-// Everything else, one ellipsoid a shape:
+// Everything else, one ellipsoid a shape, or a compound of up to ShapeRules::body_ellipsoids:
 //   sphere, sphere-like mesh   exactly; a mesh counts as one whose vertices lie on a sphere before the scale is applied
 //   cylinder r, l              radii r, r, l/2      } of the same half extents, inscribed: it fills 2/3 of the
 //   cylinder, box a, b, c                radii a/2, b/2, c/2  } 52 % of the box, and its corners are free mesh
 //   inscribed in the box around it along the mesh's own axes
+//   compound           the box around the shape is cut into up to so many cells, as near to cubes as the number allows, and
+//                      the longest side first; each cell is shrunk to what the shape's hull fills of it (125 points are
+//                      tried) and filled like a box. With fewer than three ground wheels a vehicle leans on its body: what
+//                      reaches the ground there is a compound of at least eight, whose undersides are the shape's
+// Shapes that are there twice, or lie inside another one of the same rigid body, are dropped with a note: they would double
+// its stiffness or do nothing.
+//
 // fit_error is the largest distance between the shape's hull and the ellipsoid: for a box that of its corners.
 //
 // A body's ellipsoid may come lower than its shape did, where the box around a mesh does. If it would then reach below
@@ -64,6 +71,31 @@ struct GroundWheel {
   double bottom = 0.0;          ///< its lowest z there [m].
 };
 
+/// What the user says about the rules.
+struct ShapeRules {
+  int body_ellipsoids = 1;  ///< for each shape of the body, at most.
+};
+constexpr int kMostBodyEllipsoids = 64;
+
+/// An ellipsoid of a compound: half extents, placed in the shape's frame.
+struct Cell {
+  Eigen::Vector3d centre_S;
+  Eigen::Vector3d radii;
+};
+
+/// The compound of at most `count` ellipsoids that stands for a shape that is no ellipsoid itself.
+std::vector<Cell> compoundOf(const CollisionShape& shape, int count);
+
+/// Largest distance between a compound's surface and the shape's hull [m].
+double compoundError(const std::vector<Cell>& cells, const CollisionShape& shape);
+
+/// Which of the shapes of one rigid body, placed in one frame, are there twice or inside another: index of the one that
+/// stands for it, -1 for those that stay.
+std::vector<int> coveredBy(const std::vector<PlacedShape>& shapes);
+
+/// The points whose hull the shape is; none for an ellipsoid, many for a cylinder's rims.
+std::vector<Eigen::Vector3d> extremePoints(const CollisionShape& shape);
+
 /// Largest distance between an ellipsoid's surface and the hull of shapes placed in its frame [m].
 double fitError(const Eigen::Vector3d& radii, const std::vector<PlacedShape>& shapes_E);
 
@@ -72,6 +104,6 @@ double distanceOutside(const Eigen::Vector3d& p_EQ, const Eigen::Vector3d& radii
 
 /// Fills the ellipsoids of every link of the vehicle by the rules above; shapes[i] belong to links[i].
 void addEllipsoids(VehicleDescription& vehicle, const std::vector<std::vector<CollisionShape>>& shapes,
-                   const std::vector<GroundWheel>& wheels, std::vector<std::string>& notes);
+                   const std::vector<GroundWheel>& wheels, const ShapeRules& rules, std::vector<std::string>& notes);
 
 }  // namespace ellipsoid_vehicle_sim

@@ -74,12 +74,20 @@ struct GazeboJointText {
   std::optional<double> spring_stiffness, spring_reference;
 };
 
+/// Surface of <gazebo reference="LINK">: friction in two directions, stiffness and damping of contacts.
+struct GazeboLinkText {
+  std::string link;
+  int line = 0;
+  std::optional<double> mu1, mu2, kp, kd;
+};
+
 struct UrdfText {
   std::string name;
   std::vector<LinkText> links;
   std::vector<JointText> joints;
   std::vector<TransmissionText> transmissions;
   std::vector<GazeboJointText> gazebo_joints;
+  std::vector<GazeboLinkText> gazebo_links;
 };
 
 /// Allowed ranges [SI]: wide enough for anything on wheels, narrow enough that no product of them overflows.
@@ -91,9 +99,9 @@ constexpr double kLargestNumber = 1e15;
 
 /// Reads `text`; `file` stands in messages only. Without a value nothing could be made of the text at all (not XML, no
 /// <robot>); otherwise there is a value and, beside it, every problem found: unlike elsewhere both may be there, so
-/// that the caller can go on looking for more.
+/// that the caller can go on looking for more. accept_negative_mass: for who repairs it.
 std::optional<UrdfText> readUrdfText(const std::string& text, const std::string& file, Problems& problems,
-                                     std::vector<std::string>& notes);
+                                     std::vector<std::string>& notes, bool accept_negative_mass = false);
 
 /// "car.urdf:41 link 'wheel'".
 std::string placeText(const std::string& file, int line, const std::string& what, const std::string& name);

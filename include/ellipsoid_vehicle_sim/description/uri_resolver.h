@@ -13,12 +13,15 @@ namespace ellipsoid_vehicle_sim {
 using UriResolver = std::function<std::optional<std::string>(const std::string& uri)>;
 
 /// Looks in the file system alone:
-/// - package://NAME/rest: <dir>/NAME/rest for each dir of package_dirs in turn; where a dir is itself called NAME, or
-/// holds
-///   a package.xml whose <name> is NAME (a checkout's folder may be called anything), also <dir>/rest;
+/// - package://NAME/rest: <dir>/NAME/rest for each dir of package_dirs in turn; where a dir is itself called NAME, or it or a
+///   folder in it holds a package.xml whose <name> is NAME (a checkout's folder may be called anything), also there;
 /// - file:///path, and absolute paths, as they stand;
 /// - every other path relative to base_dir, the folder of the file that names it.
 UriResolver fileResolver(std::vector<std::string> package_dirs, std::string base_dir);
+
+/// Where the packages of a file are looked for when nobody says: its own folder, and the three above it, for files deep in
+/// a package (NAME/urdf/robot.urdf).
+std::vector<std::string> packageDirsOf(const std::string& file);
 
 /// The resolver a vehicle or world file gets when nobody says otherwise: its own folder is both package and base
 /// folder.

@@ -34,6 +34,8 @@ struct NodeOptions {
   std::vector<std::string> package_dirs;  ///< searched for package://NAME before ROS is asked.
   std::string world;                      ///< name of a shipped world, or path of a mesh or world YAML.
   std::vector<std::string> drive_joints;  ///< the driven wheels; empty: found out from the URDF.
+  bool repair_inertia = false;            ///< replace masses and inertias that cannot be.
+  double body_ellipsoids = 1.0;           ///< for each shape of the body, at most; whole.
   std::string forward = "auto";           ///< which way of the root link is forward: auto, x, -x, y, -y.
   std::vector<std::string> joint_roles;   ///< "JOINT=ROLE", where the role that is found out is not the right one.
   std::vector<double> start;              ///< x [m], y [m], yaw [rad]; empty: the world file's.

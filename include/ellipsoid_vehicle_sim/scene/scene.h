@@ -48,7 +48,9 @@ struct Scene {
   std::string description;
   std::string vehicle, world;
   std::vector<std::string> package_dirs, drive_joints, joint_roles;
-  std::string forward = "auto";  ///< as the node's parameter.
+  std::string forward = "auto";  ///< as the node's parameters of these names.
+  bool repair_inertia = false;
+  int body_ellipsoids = 1;
   SimConfig config;  ///< defaults, then the vehicle's own file, then the scene's parameters.
   SceneStart start;
   int headings = 1;          ///< what is measured is the worst of so many set-downs, the yaw turned between them.
@@ -70,6 +72,8 @@ struct Scene {
 ///     drive_joints: [..]                 # as the node's parameters of these names
 ///     joint_roles: [JOINT=ROLE]
 ///     forward: auto                      # x, -x, y, -y of the root link
+///     repair_inertia: false
+///     body_ellipsoids: 1
 ///     parameters: {gravity: 9.81, ...}   # of the physics (launch/simulator.yaml), over VEHICLE.yaml beside the
 ///     vehicle start: {set_down: [x, y, yaw]}     # at rest on the ground; default: where the world says. Or as given:
 ///     start: {position: [x, y, z], rotation: [roll, pitch, yaw], velocity: [..], angular_velocity: [..]}

@@ -16,13 +16,18 @@ struct EllipsoidDescription {
   Pose X_LE;                ///< its centre and axes in the link frame.
   Eigen::Vector3d radii;    ///< semi-axes [m], > 0.
   std::string source;       ///< what it was made from and where, e.g. "cylinder r=0.1651 l=0.1143 (husky.urdf:88)".
-  double fit_error = 0.0;   ///< largest distance between its surface and the shape it stands for [m].
+  double fit_error = 0.0;   ///< largest distance between its surface, or its compound's, and the shape it stands for [m].
+  std::optional<double> mu;         ///< of its own, where the file has one [-]: no pair grips better than this.
+  std::optional<double> stiffness;  ///< of its contact, where the file has one (kp) [N/m].
+  std::optional<double> damping;    ///< likewise (kd) [N s/m].
 };
 
 /// A rigid link as the file describes it.
 struct LinkDescription {
   std::string name;
   int line = 0;                                          ///< in the file, 0 if unknown.
+  int inertial_line = 0;                                 ///< of its <inertial>, 0 without.
+  std::string inertia_fault;                             ///< why no body has what the file says; empty if one can.
   double mass = 0.0;                                     ///< [kg], >= 0.
   Eigen::Vector3d p_Lcm = Eigen::Vector3d::Zero();       ///< centre of mass [m].
   Eigen::Matrix3d I_cm_L = Eigen::Matrix3d::Zero();      ///< inertia about the centre of mass, link axes [kg m^2].

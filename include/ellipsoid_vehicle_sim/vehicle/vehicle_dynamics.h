@@ -112,8 +112,8 @@ class VehicleDynamics {
   void anchorRates(MotionRate& k) const;
   Vec3 anchorOf(const Motion& x, const ActiveContact& active) const;
   ContactForce forceOf(const ActiveContact& active, const SurfaceMotion& surface) const;
-  const FrictionCoefficients& frictionOf(int triangle) const {
-    return friction_[friction_.size() == 1 ? 0 : terrain_.surfaceIndex(triangle)];
+  const FrictionCoefficients& frictionOf(int ellipsoid, int triangle) const {
+    return friction_[friction_.size() == 1 ? 0 : friction_row_[ellipsoid] + terrain_.surfaceIndex(triangle)];
   }
   const ContactLaw& lawOf(int ellipsoid) const { return laws_[ellipsoid]; }
   double treadSpeed(int tread) const;
@@ -123,7 +123,8 @@ class VehicleDynamics {
   const Terrain& terrain_;
   ContactOptions options_;
   ArticulatedBody tree_;
-  std::vector<FrictionCoefficients> friction_;   ///< per surface.
+  std::vector<FrictionCoefficients> friction_;   ///< per surface; a row for each coefficient that ellipsoids have of their own.
+  std::vector<std::size_t> friction_row_;        ///< per ellipsoid: where its row begins.
   std::vector<ContactLaw> laws_;                 ///< per ellipsoid.
   Vec3 gravity_W_;
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,8 @@ struct ModelEllipsoid {
   double normal_mass = 0.0;      ///< smallest mass that a push on it feels, joints free [kg].
   double tangential_mass = 0.0;  ///< likewise along the surface [kg].
   int tread = -1;  ///< index of the tread that runs about it, -1 without.
+  double mu = std::numeric_limits<double>::infinity();  ///< of its own [-]: the pair's is at most this.
+  std::optional<double> file_stiffness, file_damping;   ///< what its file says of its contact [N/m, N s/m].
 };
 
 /// An elasto-plastic hold in a joint: spring and damper up to a limit, beyond which it slips. Brakes and dry friction.
