@@ -135,4 +135,19 @@ visualization_msgs::MarkerArray ContactMarkers::update(const std::vector<Contact
   return message;
 }
 
+Marker unstableMarker(const Eigen::Vector3d& p_WR, const std::string& frame, const ros::Time& stamp) {
+  Marker marker;
+  marker.header.frame_id = frame;
+  marker.header.stamp = stamp;
+  marker.ns = "unstable";
+  marker.type = Marker::TEXT_VIEW_FACING;
+  marker.action = Marker::ADD;
+  marker.pose.position = toPoint(p_WR + 1.5 * Eigen::Vector3d::UnitZ());
+  marker.pose.orientation.w = 1.0;
+  marker.scale.z = 0.5;
+  marker.color = toColor(1.0, 0.0, 1.0, 1.0);
+  marker.text = "UNSTABLE: step beyond the certificate";
+  return marker;
+}
+
 }  // namespace ellipsoid_vehicle_sim

@@ -50,6 +50,7 @@ void ContactPublisher::publishContacts(const ros::Time& stamp) {
   ContactStates message;
   message.header.stamp = stamp;
   message.header.frame_id = frame_;
+  message.unstable = simulator_.isBeyondCertificate();
   for (const ContactReport& contact : contacts_) {
     message.contacts.push_back(toContactState(contact,
                                               simulator_.ellipsoids()[static_cast<std::size_t>(contact.ellipsoid)],
@@ -61,7 +62,9 @@ void ContactPublisher::publishContacts(const ros::Time& stamp) {
 void ContactPublisher::publishMarkers(const ros::Time& stamp) {
   if (marker_publisher_.getNumSubscribers() > 0) {
     simulator_.contacts(contacts_);
-    marker_publisher_.publish(contact_markers_.update(contacts_, stamp));
+    visualization_msgs::MarkerArray message = contact_markers_.update(contacts_, stamp);
+    if (simulator_.isBeyondCertificate()) message.markers.push_back(unstableMarker(simulator_.rootPose().p, frame_, stamp));
+    marker_publisher_.publish(message);
   }
   if (world_markers_.partial()) {
     if (const auto world = world_markers_.update(simulator_.rootPose().p)) world_publisher_.publish(*world);

@@ -13,6 +13,7 @@ constexpr double kTruthVariance = 1e-6;  // [m^2], [rad^2], and likewise for spe
 constexpr double kEncoderVariance = 1e-4;
 // Nothing is known: large, and still harmless to a filter.
 constexpr double kUnknownVariance = 1e6;
+constexpr double kLeastVariance = 1e-18;  // of an estimated local error: a nanometre squared
 
 bool finite(double value) { return std::isfinite(value); }
 
@@ -88,6 +89,30 @@ nav_msgs::Odometry toOdometry(const Pose& X_WR, const Eigen::Vector3d& v_WR_W, c
     message.twist.covariance[7 * i] = kTruthVariance;
   }
   return message;
+}
+
+void setCovariance(const ErrorEstimate& estimate, const Eigen::Quaterniond& q_WR, nav_msgs::Odometry& message) {
+  const Eigen::Quaterniond q_RW = q_WR.conjugate();
+  const Eigen::Vector3d velocity_R = q_RW * estimate.velocity_W, turning_R = q_RW * estimate.angular_velocity_W;
+  const auto variance = [](double e) { return std::max(kLeastVariance, e * e); };
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto axis = static_cast<Eigen::Index>(i);
+    message.pose.covariance[7 * i] = variance(estimate.position_W[axis]);
+    message.pose.covariance[7 * (i + 3)] = variance(estimate.rotation_W[axis]);
+    message.twist.covariance[7 * i] = variance(velocity_R[axis]);
+    message.twist.covariance[7 * (i + 3)] = variance(turning_R[axis]);
+  }
+}
+
+void markUnstable(nav_msgs::Odometry& message) {
+  for (std::size_t i = 0; i < 36; ++i)
+    message.pose.covariance[i] = message.twist.covariance[i] = i % 7 == 0 ? kUnknownVariance : 0.0;
+}
+
+void markUnstable(sensor_msgs::Imu& message) {
+  // The message's own word for "no estimate".
+  message.orientation_covariance[0] = message.angular_velocity_covariance[0] =
+      message.linear_acceleration_covariance[0] = -1.0;
 }
 
 geometry_msgs::TransformStamped toTransform(const Pose& X_WR, const std::string& odom_frame,

@@ -35,6 +35,11 @@ void setLevel(const Simulator& simulator, const RunFacts& facts, diagnostic_msgs
     status.message = "diverged: frozen at the last good state, ~reset starts again";
     return;
   }
+  if (simulator.isBeyondCertificate()) {
+    status.level = diagnostic_msgs::DiagnosticStatus::WARN;
+    status.message = "UNSTABLE: the step is beyond the stability certificate, as allow_unstable permits";
+    return;
+  }
   if (simulator.events().passed_through > 0) {
     status.level = diagnostic_msgs::DiagnosticStatus::WARN;
     status.message = "an ellipsoid went through the ground";
@@ -44,6 +49,13 @@ void setLevel(const Simulator& simulator, const RunFacts& facts, diagnostic_msgs
                    : facts.waiting              ? "waiting for a command"
                    : simulator.commandInForce() ? "driven"
                                                 : "braked: no command";
+}
+
+/// What the dial chose and why: the line of the load report.
+std::string accuracyReason(const Simulator& simulator) {
+  for (const std::string& line : simulator.loadReport())
+    if (line.rfind("accuracy: ", 0) == 0) return line.substr(10);
+  return simulator.config().accuracy;
 }
 
 }  // namespace
@@ -70,6 +82,18 @@ diagnostic_msgs::DiagnosticStatus diagnosticStatus(const Simulator& simulator, c
   // Infinite before the first command; a number that plots is wanted here.
   const double age = simulator.commandAge();
   values.add("command age [s]", std::isfinite(age) ? age : -1.0);
+  values.add("integrator", std::string(toString(config.integrator)));
+  values.add("step size [s]", config.dt);
+  values.add("accuracy", config.accuracy.empty() ? "not asked for" : accuracyReason(simulator));
+  values.add("unstable", std::string(simulator.isBeyondCertificate() ? "true" : "false"));
+  values.add("resting", std::string(simulator.isResting() ? "true" : "false"));
+  // -1: not estimated.
+  const ErrorEstimate& local = simulator.errorEstimate();
+  const bool estimated = local.step >= 0;
+  values.add("local error, position [m]", estimated ? local.position_W.norm() : -1.0);
+  values.add("local error, rotation [rad]", estimated ? local.rotation_W.norm() : -1.0);
+  values.add("local error, velocity [m/s]", estimated ? local.velocity_W.norm() : -1.0);
+  values.add("local error, angular velocity [rad/s]", estimated ? local.angular_velocity_W.norm() : -1.0);
   values.add("stability margin", simulator.certificate().largestStep(config.integrator) / config.dt);
   values.add("friction scale", simulator.frictionScale());
   values.add("passed through", events.passed_through);

@@ -41,12 +41,17 @@ Pose StatePublisher::odomInWorld() const {
 
 void StatePublisher::publishState(const ros::Time& stamp) {
   const Pose X_WR = simulator_.rootPose();
-  const nav_msgs::Odometry truth = toOdometry(X_WR, simulator_.rootVelocity_W(), simulator_.rootAngularVelocity_W(),
-                                              world_frame_, base_frame_, stamp);
+  nav_msgs::Odometry truth = toOdometry(X_WR, simulator_.rootVelocity_W(), simulator_.rootAngularVelocity_W(),
+                                        world_frame_, base_frame_, stamp);
+  if (simulator_.errorEstimate().step >= 0) setCovariance(simulator_.errorEstimate(), X_WR.q, truth);
+  const bool unstable = simulator_.isBeyondCertificate();
+  if (unstable) markUnstable(truth);
   const bool joints = options_.lockstep || joint_publisher_.getNumSubscribers() > 0;
   if (joints) {
     simulator_.jointReadings(readings_);
     toJointState(simulator_.jointNames(), readings_, stamp, joint_message_);
+    // Joint angles have no frame: room for a mark.
+    joint_message_.header.frame_id = unstable ? "unstable" : "";
   }
   // The simulator refuses a state that is not finite; a message must not tell otherwise even if it once fails to.
   if (!allFinite(truth) || (joints && !allFinite(joint_message_))) {
@@ -58,8 +63,10 @@ void StatePublisher::publishState(const ros::Time& stamp) {
   if (truth_publisher_.getNumSubscribers() > 0) truth_publisher_.publish(truth);
   // Last: in lockstep it is what the commander answers.
   if (encoders()) {
-    odom_publisher_.publish(toOdometry(odometry_, simulator_.encoderSpeed(), simulator_.encoderYawRate(),
-                                       options_.odom_frame, base_frame_, stamp));
+    nav_msgs::Odometry odom = toOdometry(odometry_, simulator_.encoderSpeed(), simulator_.encoderYawRate(),
+                                         options_.odom_frame, base_frame_, stamp);
+    if (unstable) markUnstable(odom);
+    odom_publisher_.publish(odom);
   } else {
     odom_publisher_.publish(truth);
   }
@@ -77,7 +84,8 @@ void StatePublisher::publishTransforms(const Pose& X_OR, const ros::Time& stamp)
 
 void StatePublisher::publishImu(const ros::Time& stamp, std::int64_t sample) {
   if (imu_publisher_.getNumSubscribers() == 0) return;
-  const sensor_msgs::Imu message = toImu(readImu(simulator_, imu_noise_, sample), imu_noise_, base_frame_, stamp);
+  sensor_msgs::Imu message = toImu(readImu(simulator_, imu_noise_, sample), imu_noise_, base_frame_, stamp);
+  if (simulator_.isBeyondCertificate()) markUnstable(message);
   if (allFinite(message)) imu_publisher_.publish(message);
 }
 

@@ -200,7 +200,7 @@ int run(int argc, char** argv) {
   if (!arguments.quiet || result.result != "finished") {
     const double simulated = static_cast<double>(simulator.value->stepCount()) * simulator.value->config().dt;
     const StepEvents& events = simulator.value->events();
-    std::cout << scene.value->name << ": " << result.result << "; " << numberText(simulated) << " s simulated in "
+    std::cout << (simulator.value->isBeyondCertificate() ? "UNSTABLE " : "") << scene.value->name << ": " << result.result << "; " << numberText(simulated) << " s simulated in "
               << numberText(result.wall) << " s, real-time factor "
               << numberText(simulated / std::max(1e-9, result.wall)) << "; passed through " << events.passed_through
               << ", commands timed out " << events.command_timeouts << "; " << stem << ".csv, " << stem

@@ -62,6 +62,7 @@ Problems writeManifest(const std::string& path, const RunManifest& manifest, con
     yaml << YAML::Null;
   }
   pair("vehicle", simulator.model().description.name);
+  yaml << YAML::Key << "unstable" << YAML::Value << simulator.isBeyondCertificate();
   yaml << YAML::Key << "triangles" << YAML::Value << simulator.terrain().triangleCount();
   for (const auto& [key, value] : manifest.more) pair(key, value);
 

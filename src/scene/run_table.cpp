@@ -113,6 +113,7 @@ void RunTable::add(const Simulator& simulator, double step_time) {
   tell("floor_steps", now.floor_steps - told_.floor_steps);
   tell("rejected_commands", now.rejected_commands - told_.rejected_commands);
   if (broke && simulator.status() == StepStatus::kDiverged) tell("diverged", 1);
+  if (simulator.isBeyondCertificate()) events += (events.empty() ? "" : " ") + std::string("unstable");
   told_ = now;
   status_told_ = simulator.status();
   line_ += events + ',';

@@ -7,73 +7,12 @@
 
 #include "ellipsoid_vehicle_sim/description/number_text.h"
 #include "ellipsoid_vehicle_sim/vehicle/parameter_table.h"
+#include "reference.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-// Steps a reference may have, finest first [s]; each divides kPathInterval.
-constexpr double kReferenceSteps[] = {1e-6, 2e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3};
-
-/// The most exact of the integrators at small steps: contact events located where that exists.
-std::string referenceIntegrator() {
-  const std::vector<std::string> known = knownIntegrators();
-  for (const char* name : {"rk4_events", "rk4"})
-    if (std::find(known.begin(), known.end(), name) != known.end()) return name;
-  return "semi_implicit_euler";
-}
-
-struct Reference {
-  Setting model;
-  MeasuredPath path;
-  double error = kNaN;  ///< distance from the next coarser one, within the horizon [m].
-  std::string reason;   ///< why there is none.
-  bool usable = false;
-};
-
-/// CPU time of a tick, from a short run [s]; 0 where it does not start.
-double tickCost(const LoadedScene& loaded, const Setting& setting) {
-  LoadedScene shorter = loaded;
-  shorter.scene.duration = std::min(loaded.scene.duration, 200.0 * setting.dt);
-  MeasureOptions options;
-  options.errors = false;
-  options.repeat_budget = 0.0;
-  const MeasuredRun run = measureRun(shorter, configAt(loaded.scene, setting), options);
-  return run.finished ? run.cost.least * setting.dt : 0.0;
-}
-
-Reference makeReference(const LoadedScene& loaded, Setting model, double budget) {
-  Reference reference;
-  model.integrator = referenceIntegrator();
-  model.dt = 1e-3;
-  reference.model = model;
-  const double cost = tickCost(loaded, model);
-  if (!(cost > 0.0)) {
-    reference.reason = "the model does not start";
-    return reference;
-  }
-  std::size_t step = 0;
-  while (step + 2 < std::size(kReferenceSteps) && loaded.scene.horizon / kReferenceSteps[step] * cost > budget) ++step;
-  LoadedScene to_horizon = loaded;
-  to_horizon.scene.duration = loaded.scene.horizon;
-  MeasureOptions options;
-  options.errors = false;
-  options.repeat_budget = 0.0;
-  model.dt = kReferenceSteps[step];
-  MeasuredRun finest = measureRun(to_horizon, configAt(loaded.scene, model), options);
-  model.dt = kReferenceSteps[step + 1];
-  const MeasuredRun coarser = measureRun(to_horizon, configAt(loaded.scene, model), options);
-  if (!finest.finished || !coarser.finished) {
-    reference.reason = finest.finished ? coarser.reason : finest.reason;
-    return reference;
-  }
-  reference.model.dt = kReferenceSteps[step];
-  reference.error = pathError(coarser.path, finest.path, loaded.scene.horizon).largest;
-  reference.path = std::move(finest.path);
-  reference.usable = true;
-  return reference;
-}
 
 }  // namespace
 
@@ -204,8 +143,9 @@ std::vector<StudyRow> studyScene(const LoadedScene& loaded, const StudyBudget& b
     const auto known = std::find_if(per_tick.begin(), per_tick.end(),
                                     [&s = setting](const auto& entry) { return entry.first == s.integrator; });
     const double ticks = scene.duration / setting.dt;
-    const double expected =
-        known == per_tick.end() ? 0.0 : known->second * ticks * (2.0 + scene.measures.energy) * scene.headings;
+    const double tick = known == per_tick.end() ? tickCost(loaded, setting) : known->second;
+    // A run for the cost and one to look at it; with headings, one for each.
+    const double expected = tick * ticks * (1.0 + (1.0 + scene.measures.energy) * scene.headings);
     if (threadTime() - begun - spent_on_references + expected > budget.cells) {
       row.status = RowStatus::kLeftOut;
       row.reason = "takes " + numberText(expected) + " s of CPU, more than is left for this scene; --full runs it";

@@ -17,6 +17,7 @@
 #include "ellipsoid_vehicle_sim/description/number_text.h"
 #include "ellipsoid_vehicle_sim/description/shipped_files.h"
 #include "ellipsoid_vehicle_sim/scene/progress_bar.h"
+#include "ellipsoid_vehicle_sim/trade/cost_split.h"
 #include "ellipsoid_vehicle_sim/trade/study.h"
 #include "ellipsoid_vehicle_sim/trade/study_manifest.h"
 #include "peers/peers.h"
@@ -27,18 +28,21 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
+// CPU time for the cost split of a scene and a method [s].
+constexpr double kSplitBudget = 0.2;
 constexpr int kBadInput = 2, kFailed = 1, kInterrupted = 130;
 
 constexpr const char* kUsage =
-    "usage: trade_off [--quick|--full] [--scene NAME|FILE]... --out DIR [--jobs N] [--no-plots]\n"
+    "usage: trade_off [--quick|--full] [--scene NAME|FILE]... [--held-back] --out DIR [--jobs N] [--no-plots]\n"
     "Runs scenes at many settings (integrators, steps from 10 us to 20 ms, contact rules, friction modes) and writes "
     "into\n"
     "DIR: trade_off.csv (a row each, failures included), manifest.yaml, knees.csv and knees.md (the cheapest setting "
     "for\n"
-    "each error), and for every scene a work-precision plot as PNG and SVG.\n"
+    "each error), dial.csv and dial.md (what the parameter accuracy chooses, and whether it holds), cost_split.csv (where a step's time goes), and for every scene a work-precision plot as PNG and SVG.\n"
     "  --quick        few steps, within a minute; --full: everything, all factors crossed, for hours\n"
     "  --scene S      a shipped scene (headless --list) or the path of a scene YAML; may be repeated; default: all "
     "shipped\n"
+    "  --held-back    the scenes of launch/scenes/held_back, which the curves behind accuracy know nothing of\n"
     "  --jobs N       scenes measured side by side; default: one for each core\n"
     "  --no-plots     tables only\n"
     "exit code: 0 measured (rows of runs that failed are results, too), 1 results could not be written, 2 bad input\n";
@@ -49,6 +53,7 @@ void onSignal(int) { interrupted = true; }
 struct Arguments {
   StudyRecord record;
   std::vector<std::string> scenes;
+  bool held_back = false;
   std::string out;
   bool plots = true, help = false;
 };
@@ -77,6 +82,8 @@ Loaded<Arguments> parse(int argc, char** argv) {
       quick = true;
     } else if (word == "--full") {
       full = true;
+    } else if (word == "--held-back") {
+      a.held_back = true;
     } else if (word == "--no-plots") {
       a.plots = false;
     } else if (word == "--help" || word == "-h") {
@@ -85,7 +92,7 @@ Loaded<Arguments> parse(int argc, char** argv) {
       continue;  // roslaunch's own
     } else {
       result.problems.push_back(
-          {word, "is no option; known are --quick, --full, --scene, --out, --jobs, --no-plots, --help"});
+          {word, "is no option; known are --quick, --full, --scene, --held-back, --out, --jobs, --no-plots, --help"});
     }
   }
   if (quick && full) result.problems.push_back({"--quick", "together with --full; give one of them"});
@@ -102,12 +109,17 @@ int refuse(const Problems& problems) {
   return kBadInput;
 }
 
-Problems loadScenes(const std::vector<std::string>& names, std::vector<LoadedScene>& scenes) {
+Problems loadScenes(const std::vector<std::string>& names, bool held_back, std::vector<LoadedScene>& scenes) {
   Problems problems;
   const std::string share = shareFolderBesideProgram();
   const ShippedNames shipped = shippedScenes(share);
   std::vector<std::string> wanted = names;
-  if (wanted.empty())
+  std::error_code none;
+  if (held_back)
+    for (const auto& entry : fs::directory_iterator(fs::path(share) / "launch" / "scenes" / "held_back", none))
+      if (entry.path().extension() == ".yaml") wanted.push_back(entry.path().string());
+  std::sort(wanted.begin() + static_cast<std::ptrdiff_t>(names.size()), wanted.end());
+  if (wanted.empty() && !held_back)
     for (const auto& entry : shipped) wanted.push_back(entry.first);
   for (const std::string& name : wanted) {
     const Loaded<std::string> path = findShipped(shipped, "scene", name, "--scene");
@@ -128,9 +140,10 @@ Problems loadScenes(const std::vector<std::string>& names, std::vector<LoadedSce
   return problems;
 }
 
-std::vector<StudyRow> measure(const StudyRecord& record) {
+std::vector<StudyRow> measure(const StudyRecord& record, std::vector<DialRow>& dial) {
   const std::vector<LoadedScene>& scenes = record.scenes;
   std::vector<std::vector<StudyRow>> rows(scenes.size());
+  std::vector<std::vector<DialRow>> dials(scenes.size());
   std::vector<double> done(scenes.size(), 0.0);
   std::mutex mutex;
   std::atomic<std::size_t> next{0};
@@ -149,6 +162,7 @@ std::vector<StudyRow> measure(const StudyRecord& record) {
       if (interrupted) continue;
       rows[i] = studyScene(scenes[i], record.budget, told);
       if (interrupted) continue;
+      dials[i] = studyDial(scenes[i], record.budget, rows[i]);
       const std::vector<StudyRow> peers = studyPeers(scenes[i], record.budget, told);
       rows[i].insert(rows[i].end(), peers.begin(), peers.end());
     }
@@ -159,6 +173,7 @@ std::vector<StudyRow> measure(const StudyRecord& record) {
   bar.finish();
   std::vector<StudyRow> all;
   for (const auto& part : rows) all.insert(all.end(), part.begin(), part.end());
+  for (const auto& part : dials) dial.insert(dial.end(), part.begin(), part.end());
   return all;
 }
 
@@ -198,7 +213,7 @@ int run(int argc, char** argv) {
     return 0;
   }
   StudyRecord& record = parsed.value->record;
-  if (const Problems problems = loadScenes(parsed.value->scenes, record.scenes); !problems.empty())
+  if (const Problems problems = loadScenes(parsed.value->scenes, parsed.value->held_back, record.scenes); !problems.empty())
     return refuse(problems);
   std::error_code error;
   const fs::path out = parsed.value->out;
@@ -211,7 +226,8 @@ int run(int argc, char** argv) {
   for (const std::string& peer : record.peers) std::cout << peer << "\n";
   if (getloadavg(&record.load_before, 1) != 1) record.load_before = 0.0;
   const Clock::time_point begun = Clock::now();
-  const std::vector<StudyRow> rows = measure(record);
+  std::vector<DialRow> dial;
+  const std::vector<StudyRow> rows = measure(record, dial);
   record.wall_time = std::chrono::duration<double>(Clock::now() - begun).count();
   if (getloadavg(&record.load_after, 1) != 1) record.load_after = 0.0;
   if (interrupted) record.result = "interrupted: rows are missing";
@@ -221,11 +237,19 @@ int run(int argc, char** argv) {
   bool good = write(out / "trade_off.csv", table);
   good = write(out / "knees.csv", kneeCsv(rows)) && good;
   good = write(out / "knees.md", kneeTable(rows)) && good;
+  good = write(out / "dial.csv", dialCsv(dial)) && good;
+  good = write(out / "dial.md", dialSummary(dial)) && good;
+  std::vector<CostSplit> splits;
+  for (const LoadedScene& scene : record.scenes) {
+    if (interrupted) break;
+    for (const CostSplit& split : splitCost(scene, kSplitBudget)) splits.push_back(split);
+  }
+  good = write(out / "cost_split.csv", costSplitCsv(splits)) && good;
   for (const Problem& p : writeStudyManifest((out / "manifest.yaml").string(), record, rows)) {
     std::cerr << p.text() << "\n";
     good = false;
   }
-  std::cout << kneeTable(rows) << rows.size() << " rows in " << numberText(record.wall_time) << " s: " << out.string()
+  std::cout << kneeTable(rows) << dialSummary(dial) << rows.size() << " rows in " << numberText(record.wall_time) << " s: " << out.string()
             << "/trade_off.csv\n";
   if (good && parsed.value->plots) good = plot(out.string());
   if (interrupted) return kInterrupted;

@@ -77,10 +77,13 @@ bool mapHolds(IntegratorKind kind, const MatrixXd& J, int positions, double grow
   return true;
 }
 
-double mapLimit(IntegratorKind kind, const MatrixXd& J, int positions, double growth, double longest) {
+// Of semi-implicit Euler. Steps far below the fastest mode's time are not tried: every mode is followed there.
+double semiImplicitLimit(const MatrixXd& J, int positions, double growth, double fastest) {
+  constexpr IntegratorKind kind = IntegratorKind::kSemiImplicitEuler;
   double low = 0.0;
   constexpr double kRatio = 1.25;
-  for (double dt = 1e-7; dt <= longest * kRatio; dt *= kRatio) {
+  const double first = std::clamp(0.05 / std::max(fastest, 1.0), 1e-9, kLongestStep);
+  for (double dt = first; dt <= kLongestStep * kRatio; dt *= kRatio) {
     if (mapHolds(kind, J, positions, growth, dt)) {
       low = dt;
       continue;
@@ -92,7 +95,14 @@ double mapLimit(IntegratorKind kind, const MatrixXd& J, int positions, double gr
     }
     return low;
   }
-  return std::min(low, longest);
+  return std::min(low, kLongestStep);
+}
+
+// Of linearly_implicit: from above, for as a rule it holds everything.
+double linearlyImplicitLimit(const MatrixXd& J, int positions, double growth) {
+  for (double dt = kLongestImplicitStep; dt > 1e-7; dt *= 0.8)
+    if (mapHolds(IntegratorKind::kLinearlyImplicit, J, positions, growth, dt)) return dt;
+  return 0.0;
 }
 
 std::string describe(const StabilityMode& mode) {
@@ -156,7 +166,8 @@ void bound(const MatrixXd& J, const Linearisation& linearisation, double substep
   for (const IntegratorKind kind : {IntegratorKind::kSemiImplicitEuler, IntegratorKind::kLinearlyImplicit}) {
     const bool implicit = kind == IntegratorKind::kLinearlyImplicit;
     limit[static_cast<std::size_t>(kind)] =
-        mapLimit(kind, J, linearisation.positions(), growth, implicit ? kLongestImplicitStep : kLongestStep);
+        implicit ? linearlyImplicitLimit(J, linearisation.positions(), growth)
+                 : semiImplicitLimit(J, linearisation.positions(), growth, fastest);
     if (implicit && limit[static_cast<std::size_t>(kind)] == kLongestImplicitStep)
       worst[static_cast<std::size_t>(kind)] = "touch-downs within a step";
   }

@@ -100,7 +100,9 @@ std::string commentLines(const std::string& text) {
 }  // namespace
 
 std::string rangeText(const ParameterSpec& spec) {
-  if (spec.kind == ParameterKind::kChoice) return join(spec.choices, " | ");
+  if (spec.kind == ParameterKind::kChoice)
+    return join(spec.choices, " | ") +
+           (spec.number_too ? " | " + numberText(spec.minimum) + " ... " + numberText(spec.maximum) : "");
   if (spec.kind == ParameterKind::kNumberList && spec.length > 0) return std::to_string(spec.length) + " numbers";
   if (spec.kind != ParameterKind::kNumber) return kindText(spec.kind);
   const bool from = std::isfinite(spec.minimum), to = std::isfinite(spec.maximum);
@@ -127,6 +129,11 @@ std::string valueText(const ParameterValue& value) {
 
 std::optional<std::string> refusal(const ParameterSpec& spec, const ParameterValue& value) {
   const std::string read = "'" + valueText(value) + "'";
+  if (spec.number_too && hasType(ParameterKind::kNumber, value)) {
+    const double number = numberOf(value);
+    if (number >= spec.minimum && number <= spec.maximum) return std::nullopt;
+    return read + " is out of range, allowed is " + rangeText(spec) + " [" + spec.unit + "]";
+  }
   if (!hasType(spec.kind, value)) {
     // The usual trap: YAML takes 1e-3 for text, because a number with an exponent needs a point.
     const bool number_as_text = spec.kind == ParameterKind::kNumber && std::holds_alternative<std::string>(value);

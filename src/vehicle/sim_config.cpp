@@ -1,5 +1,6 @@
 #include "ellipsoid_vehicle_sim/vehicle/sim_config.h"
 
+#include "ellipsoid_vehicle_sim/vehicle/accuracy.h"
 #include "ellipsoid_vehicle_sim/vehicle/parameter_table.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -16,6 +17,16 @@ Problems SimConfig::validate() const {
   }
 
   // What only several values together can get wrong.
+  if (!accuracy.empty()) {
+    const SimConfig defaults;
+    const auto both = [&](const std::string& name) {
+      fail("accuracy", "is '" + accuracy + "' together with " + name + ": it chooses that itself; give one of them");
+    };
+    if (!accuracyTarget(accuracy)) fail("accuracy", "'" + accuracy + "' is neither fast, balanced, exact nor a number from 1e-9 to 1");
+    if (dt_given || dt != defaults.dt) both("dt");
+    if (integrator_given || integrator != defaults.integrator) both("integrator");
+    if (allow_unstable) both("allow_unstable");
+  }
   if (damping && !stiffness) fail("damping", "is given without stiffness; give both, or contact_time and restitution");
   if (stiffness && contact_time) fail("contact_time", "is given together with stiffness; give one of them");
   if (mu_kinetic > mu_static)

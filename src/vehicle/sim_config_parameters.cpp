@@ -1,18 +1,57 @@
+#include <cctype>
+
+#include "ellipsoid_vehicle_sim/vehicle/accuracy.h"
 #include "ellipsoid_vehicle_sim/vehicle/parameter_table.h"
 
 namespace ellipsoid_vehicle_sim {
+
+namespace {
+
+/// A word or a number, kept as text.
+Parameter<SimConfig> accuracyParameter() {
+  ParameterSpec spec;
+  spec.key = "accuracy";
+  spec.kind = ParameterKind::kChoice;
+  spec.choices = {"fast", "balanced", "exact"};
+  spec.number_too = true;
+  spec.minimum = 1e-9;
+  spec.maximum = 1.0;
+  spec.unit = "m/m";
+  spec.description =
+      "Chooses integrator and dt: position error per metre travelled (parked or ballistic: per length of the vehicle), "
+      "over at most 10 s of what can be predicted. fast is 0.01, balanced 0.001, exact 1.0e-05. Not together with dt or "
+      "integrator. See docs/accuracy.md.";
+  return {spec,
+          [](SimConfig& config, const ParameterValue& value) { config.accuracy = valueText(value); },
+          [](const SimConfig& config) -> std::optional<ParameterValue> {
+            if (config.accuracy.empty()) return std::nullopt;
+            if (const std::optional<double> number = accuracyTarget(config.accuracy);
+                number && std::isdigit(static_cast<unsigned char>(config.accuracy.front())) != 0)
+              return *number;
+            return config.accuracy;
+          }};
+}
+
+}  // namespace
 
 ParameterTable<SimConfig> simConfigParameters() {
   using C = SimConfig;
   const std::vector<std::pair<std::string, FrictionMode>> friction_modes = {
       {"viscous", FrictionMode::kViscous}, {"anchored", FrictionMode::kAnchored}, {"brush", FrictionMode::kBrush}};
+  const auto given = [](Parameter<C> row, bool C::*flag) {
+    row.set = [set = std::move(row.set), flag](C& config, const ParameterValue& value) {
+      set(config, value);
+      config.*flag = true;
+    };
+    return row;
+  };
   return {
       // Time.
-      numberParameter(
+      given(numberParameter(
           "dt", "s", 1e-6, 0.1, &C::dt,
           "Tick: the fixed step of the simulation. A step the vehicle's stiffest mode cannot hold is refused, "
-          "with the largest that can."),
-      choiceParameter<C, IntegratorKind>(
+          "with the largest that can."), &C::dt_given),
+      given(choiceParameter<C, IntegratorKind>(
           "integrator",
           {{"rk4", IntegratorKind::kRk4},
            {"semi_implicit_euler", IntegratorKind::kSemiImplicitEuler},
@@ -24,11 +63,19 @@ ParameterTable<SimConfig> simConfigParameters() {
           "rk4 evaluates four times a tick; semi_implicit_euler is the cheapest that keeps a vehicle standing; "
           "explicit_euler is a baseline; rk4_events finds the moment of touch-down and lift-off and takes smaller steps "
           "in contact; dormand_prince chooses its steps within the tick by their error; linearly_implicit holds stiff "
-          "vehicles at large ticks. See docs/integrators.md."),
+          "vehicles at large ticks. See docs/integrators.md."), &C::integrator_given),
       wholeParameter("contact_substeps", "-", 1, 64, &C::contact_substeps,
                      "Steps to a tick while anything presses; rk4_events only."),
       numberParameter("error_tolerance", "m", 1e-12, 1e-2, &C::error_tolerance,
                       "Local error that a step within the tick may make; dormand_prince only."),
+      wholeParameter("error_estimate_every", "ticks", 0, 1e6, &C::error_estimate_every,
+                     "Every so many ticks the local error is estimated by taking the tick in two halves beside it, for "
+                     "diagnostics and the covariance of ground_truth; 0: never. Costs two to three ticks each time, and "
+                     "does not change the run."),
+      flagParameter("rest_detection", &C::rest_detection,
+                    "Leave a braked vehicle where it is once it stands still to 5e-10 m/s; within 6e-9 m of what it would "
+                    "do."),
+      accuracyParameter(),
       flagParameter("allow_unstable", &C::allow_unstable,
                     "Run although the step cannot hold; only to show what happens then."),
       // World.

@@ -5,12 +5,15 @@
 #include <cstdio>
 #include <limits>
 
+#include "ellipsoid_vehicle_sim/vehicle/accuracy.h"
 #include "ellipsoid_vehicle_sim/vehicle/drive.h"
 #include "ellipsoid_vehicle_sim/vehicle/snapshot.h"
 #include "ellipsoid_vehicle_sim/vehicle/tick_stepper.h"
 #include "ellipsoid_vehicle_sim/vehicle/vehicle_dynamics.h"
 #include "explain_contact.h"
 #include "fnv_hash.h"
+#include "local_error.h"
+#include "rest.h"
 #include "set_down.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -49,6 +52,9 @@ struct Simulator::Impl {
   std::vector<EllipsoidPlacement> placements;
   std::vector<std::string> load_report;
   bool observed_fresh = false;
+  std::unique_ptr<LocalErrorEstimator> estimator;  // with error_estimate_every only
+  ErrorEstimate estimate;
+  bool resting = false;
 
   void allocate() {
     dynamics = std::make_unique<VehicleDynamics>(model, config, *terrain);
@@ -56,6 +62,8 @@ struct Simulator::Impl {
     stepper = std::make_unique<TickStepper>(model, config, *dynamics);
     observed = dynamics->makeRate();
     state = previous = home = restState(model, *dynamics);
+    if (config.error_estimate_every > 0.0)
+      estimator = std::make_unique<LocalErrorEstimator>(model, config, *terrain, state);
     for (const JointDescription& joint : model.description.joints)
       if (joint.type != JointType::kFixed) joint_names.push_back(joint.name);
     for (std::size_t i = 0; i < model.ellipsoids.size(); ++i) {
@@ -112,21 +120,37 @@ struct Simulator::Impl {
 
   StepStatus step() {
     if (status != StepStatus::kOk) return status;  // never build on a broken state
-    // The memories of contacts change in accept() only, which hands over the old ones.
-    previous.motion = state.motion;
-    previous.profiles = state.profiles;
-    previous.treads = state.treads;
-    previous.drive = state.drive;
-
-    // One command for the whole tick: every evaluation sees the same input.
     bool timed_out = false;
-    updateDrive(model, config, state, timed_out);
+    if (resting) {
+      // Motion and contacts are what they were; the drive alone goes on.
+      updateDrive(model, config, state, timed_out);
+      resting = isLeftAlone(state);
+      previous.drive = state.drive;
+    } else {
+      // The memories of contacts change in accept() only, which hands over the old ones.
+      previous.motion = state.motion;
+      previous.profiles = state.profiles;
+      previous.treads = state.treads;
+      previous.drive = state.drive;
+      // One command for the whole tick: every evaluation sees the same input.
+      updateDrive(model, config, state, timed_out);
+      resting = config.rest_detection && isStill(state) && isLeftAlone(state) && balanced();
+    }
+    const bool estimates = estimator && (step_count + 1) % static_cast<std::int64_t>(config.error_estimate_every) == 0;
+    if (resting) {
+      events.command_timeouts += timed_out ? 1 : 0;
+      ++step_count;
+      if (estimates) estimate = ErrorEstimate{step_count};
+      return status;
+    }
+    if (estimates) estimator->begin(state);
     const TickOutcome outcome = stepper->advance(state, previous.memory);
     if (!outcome.sane) {
       state = previous;
       status = StepStatus::kDiverged;
       return status;
     }
+    if (estimates && estimator->end(state, estimate)) estimate.step = step_count + 1;
 
     events.effort_exceeded += outcome.effort_exceeded;
     events.command_timeouts += timed_out ? 1 : 0;
@@ -135,6 +159,13 @@ struct Simulator::Impl {
     ++step_count;
     observed_fresh = false;
     return status;
+  }
+
+  // Asked where everything is still: once, for nothing changes then.
+  bool balanced() {
+    observed_fresh = false;  // whoever looked before saw another drive
+    observe();
+    return isBalanced(observed);
   }
 
   void observe() {
@@ -152,7 +183,9 @@ struct Simulator::Impl {
     state = previous = home;
     status = StepStatus::kOk;
     events = StepEvents{};
+    estimate = ErrorEstimate{};
     observed_fresh = false;
+    resting = false;
   }
 };
 
@@ -163,6 +196,7 @@ Simulator::~Simulator() = default;
 
 Loaded<Simulator> Simulator::create(const VehicleDescription& vehicle, std::shared_ptr<const Terrain> terrain,
                                     const SimConfig& config) {
+  if (const std::optional<double> target = accuracyTarget(config.accuracy)) return createForAccuracy(vehicle, terrain, config, *target);
   Loaded<Simulator> result;
   Loaded<VehicleModel> model = compileVehicle(vehicle, config);
   result.notes = model.notes;
@@ -179,9 +213,44 @@ Loaded<Simulator> Simulator::create(const VehicleDescription& vehicle, std::shar
   impl->certifyVehicle();
   result.problems = impl->checkStep();
   if (!result.problems.empty()) return result;
-  if (config.allow_unstable && config.dt > impl->certificate.largestStep(config.integrator))
-    impl->load_report.emplace_back("UNSTABLE: the step is larger than the integrator can hold, as allow_unstable permits");
   result.value = Simulator(std::move(impl));
+  if (result.value->isBeyondCertificate())
+    result.value->impl_->load_report.emplace_back(
+        "UNSTABLE: the step is larger than the integrator can hold, as allow_unstable permits; every output is marked");
+  return result;
+}
+
+// The choice needs the certificate of the very vehicle, and that the step: asked first at a step that every vehicle bears,
+// and then at the chosen one, which is made smaller where the vehicle's own constants follow it too far.
+Loaded<Simulator> Simulator::createForAccuracy(const VehicleDescription& vehicle, std::shared_ptr<const Terrain> terrain,
+                                               SimConfig config, double target) {
+  const std::string asked = config.accuracy;
+  config.accuracy.clear();
+  config.allow_unstable = true;
+  Loaded<Simulator> result = create(vehicle, terrain, config);
+  if (!result) return result;
+  const bool driven = result.value->model().drive.layout != DriveLayout::kNone;
+  const AccuracyChoice choice = chooseAccuracy(target, driven, result.value->certificate(), accuracyCurves());
+  config.integrator = choice.integrator;
+  config.dt = choice.dt;
+  result = create(vehicle, terrain, config);
+  std::string smaller;
+  for (int i = 0; i < 20 && result && result.value->isBeyondCertificate(); ++i) {
+    config.dt *= 0.5;
+    smaller = "; at that step the vehicle's own constants ask for a smaller one";
+    result = create(vehicle, terrain, config);
+  }
+  if (!result) return result;
+  Impl& impl = *result.value->impl_;
+  impl.config.accuracy = asked;
+  impl.config.allow_unstable = false;
+  impl.load_report.push_back("accuracy: " + asked + ": " + choice.reason + smaller);
+  if (!smaller.empty()) {
+    char text[80];
+    std::snprintf(text, sizeof text, "accuracy: the step in use is %.6g s", config.dt);
+    impl.load_report.emplace_back(text);
+  }
+  if (impl.config.dt > impl.certificate.largestStep(impl.config.integrator)) result.problems = impl.checkStep();
   return result;
 }
 
@@ -239,7 +308,9 @@ void Simulator::setFrictionScale(double scale) {
   impl_->friction_scale = scale;
   impl_->dynamics->scaleFriction(scale);
   impl_->observer->scaleFriction(scale);
+  if (impl_->estimator) impl_->estimator->scaleFriction(scale);
   impl_->observed_fresh = false;
+  impl_->resting = false;
 }
 
 double Simulator::frictionScale() const { return impl_->friction_scale; }
@@ -253,6 +324,7 @@ void Simulator::restore(const Snapshot& snapshot) {
   impl_->home = snapshot.home;
   impl_->events = snapshot.events;
   impl_->status = StepStatus::kOk;
+  impl_->estimate = ErrorEstimate{};
   setFrictionScale(snapshot.friction_scale);
 }
 
@@ -402,6 +474,11 @@ const VehicleModel& Simulator::model() const { return impl_->model; }
 const VehicleState& Simulator::state() const { return impl_->state; }
 const Terrain& Simulator::terrain() const { return *impl_->terrain; }
 const StabilityCertificate& Simulator::certificate() const { return impl_->certificate; }
+bool Simulator::isBeyondCertificate() const {
+  return impl_->config.dt > impl_->certificate.largestStep(impl_->config.integrator);
+}
+const ErrorEstimate& Simulator::errorEstimate() const { return impl_->estimate; }
+bool Simulator::isResting() const { return impl_->resting; }
 const std::vector<std::string>& Simulator::loadReport() const { return impl_->load_report; }
 std::uint64_t Simulator::stateHash() const {
   FnvHash hash;

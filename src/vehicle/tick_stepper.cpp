@@ -54,9 +54,10 @@ TickStepper::TickStepper(const VehicleModel& model, const SimConfig& config, Veh
     directions_.assign(static_cast<std::size_t>(implicit_.size()), dynamics.makeRate());
 }
 
-TickOutcome TickStepper::advance(VehicleState& state, std::vector<ContactMemory>& before) {
+TickOutcome TickStepper::advance(VehicleState& state, std::vector<ContactMemory>& before, bool ends_tick) {
   TickOutcome outcome;
   before_ = &before;
+  ends_tick_ = ends_tick;
   switch (config_.integrator) {
     case IntegratorKind::kExplicitEuler:
     case IntegratorKind::kSemiImplicitEuler:
@@ -75,7 +76,8 @@ TickOutcome TickStepper::advance(VehicleState& state, std::vector<ContactMemory>
   return outcome;
 }
 
-void TickStepper::accept(VehicleState& state, const Motion& next, double h, bool ends_tick, TickOutcome& outcome) {
+void TickStepper::accept(VehicleState& state, const Motion& next, double h, bool last, TickOutcome& outcome) {
+  const bool ends_tick = last && ends_tick_;
   if (&state.motion != &next) state.motion = next;
   if (!isSane(state.motion)) {
     outcome.sane = false;

@@ -238,5 +238,21 @@ TEST(CostSplit, PartsAddUpToTheStep) {
   EXPECT_NE(csv.find("cornering,rk4,0.001,"), std::string::npos) << csv;
 }
 
+TEST(Dial, RunsWhatItChoseAndSaysWhetherItHeld) {
+  StudyRow cheap = rowOf("semi_implicit_euler", 1e-3, 1e-9, 1e-9);
+  const std::vector<DialRow> rows = studyDial(shipped("tossed_body"), StudyBudget::quick(), {cheap});
+  ASSERT_EQ(rows.size(), 4u);
+  for (const DialRow& row : rows) {
+    EXPECT_TRUE(row.finished) << row.reason;
+    EXPECT_GT(row.chosen.dt, 0.0);
+    EXPECT_EQ(row.cheapest_cost, 1e-9);
+    EXPECT_FALSE(row.affordable());  // no run costs a nanosecond
+  }
+  const std::string csv = dialCsv(rows), summary = dialSummary(rows);
+  EXPECT_NE(csv.find("tossed_body,fast,0.01,"), std::string::npos) << csv;
+  EXPECT_NE(summary.find(" of 4 cases"), std::string::npos) << summary;
+  EXPECT_NE(summary.find("- tossed_body, fast: "), std::string::npos) << summary;
+}
+
 }  // namespace
 }  // namespace ellipsoid_vehicle_sim

@@ -49,4 +49,7 @@ class ContactMarkers {
   std::vector<Key> shown_;
 };
 
+/// "UNSTABLE" above the vehicle: its step is beyond the stability certificate.
+visualization_msgs::Marker unstableMarker(const Eigen::Vector3d& p_WR, const std::string& frame, const ros::Time& stamp);
+
 }  // namespace ellipsoid_vehicle_sim

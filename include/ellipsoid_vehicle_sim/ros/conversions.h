@@ -40,6 +40,11 @@ std_msgs::ColorRGBA toColor(double red, double green, double blue, double alpha)
 /// X_WR with v_WR, w_WR given in W; the message's twist is v_WR_R, w_WR_R.
 nav_msgs::Odometry toOdometry(const Pose& X_WR, const Eigen::Vector3d& v_WR_W, const Eigen::Vector3d& w_WR_W,
                               const std::string& odom_frame, const std::string& base_frame, const ros::Time& stamp);
+/// Covariances of a true odometry: the local error's squares [ErrorEstimate], never below 1e-18; X_WR is the root's pose.
+void setCovariance(const ErrorEstimate& estimate, const Eigen::Quaterniond& q_WR, nav_msgs::Odometry& message);
+/// Marks what a step beyond the stability certificate says: every variance is "unknown" (1e6; imu: -1).
+void markUnstable(nav_msgs::Odometry& message);
+void markUnstable(sensor_msgs::Imu& message);
 geometry_msgs::TransformStamped toTransform(const Pose& X_WR, const std::string& odom_frame,
                                             const std::string& base_frame, const ros::Time& stamp);
 /// Overwrites `message`; keeps its memory.

@@ -77,4 +77,27 @@ std::string kneeTable(const std::vector<StudyRow>& rows);
 /// The same as CSV.
 std::string kneeCsv(const std::vector<StudyRow>& rows);
 
+/// The dial `accuracy` on a scene: what it chose, and whether that held what was asked.
+struct DialRow {
+  std::string scene, accuracy;
+  double target = 0.0;          ///< [m/m].
+  Setting chosen;
+  std::string reason;           ///< why there is no run.
+  bool finished = false;
+  double error = 0.0;           ///< over the way or the characteristic length, within 10 s of the horizon [m/m].
+  double cost = 0.0;            ///< CPU time per simulated second [s/s].
+  double cheapest_cost = 0.0;   ///< of the rows measured on this scene that hold the target; NaN without any.
+
+  bool met() const { return finished && error <= target; }
+  bool affordable() const { return !(cost > 3.0 * cheapest_cost); }
+};
+
+/// Runs the scene at accuracy 1e-1, fast, balanced and 1e-4; `rows`: what studyScene measured on it. The reference is made
+/// anew.
+std::vector<DialRow> studyDial(const LoadedScene& scene, const StudyBudget& budget, const std::vector<StudyRow>& rows);
+
+/// dial.csv, and the misses in words with their share, as Markdown.
+std::string dialCsv(const std::vector<DialRow>& rows);
+std::string dialSummary(const std::vector<DialRow>& rows);
+
 }  // namespace ellipsoid_vehicle_sim

@@ -39,6 +39,7 @@ struct ParameterSpec {
   std::size_t length = 0;            ///< of a kNumberList; 0: any.
   bool running = false;              ///< may change while the simulation runs.
   bool whole = false;                ///< a kNumber without a fraction.
+  bool number_too = false;           ///< a kChoice that may also be a number between minimum and maximum.
 };
 
 /// One row: the spec, and how to write it into and read it from `Options`.

@@ -24,6 +24,10 @@ struct SimConfig {
   IntegratorKind integrator = IntegratorKind::kRk4;
   double contact_substeps = 4.0;                            ///< whole number; rk4_events: steps to a tick while anything presses, 1 ... 64.
   double error_tolerance = 1e-6;                            ///< dormand_prince: local error of a step [m].
+  double error_estimate_every = 0.0;                        ///< local error by step doubling every so many ticks; 0: never. Whole.
+  bool rest_detection = true;                               ///< a vehicle at rest is left where it is.
+  std::string accuracy;                                     ///< "fast", "balanced", "exact" or a number; empty: dt and integrator as they are.
+  bool dt_given = false, integrator_given = false;          ///< somebody asked for them: not together with accuracy.
   bool allow_unstable = false;                              ///< run although the certificate says the step cannot hold.
 
   // World.

@@ -80,13 +80,24 @@ struct StepEvents {
   std::int64_t floor_steps = 0;       ///< steps within a tick at the smallest size, less exact than the method promises.
 };
 
+/// What the last estimated tick got wrong of the root link's motion: its local error, which says nothing of what has come
+/// together before, or of what the motion makes of it later.
+struct ErrorEstimate {
+  std::int64_t step = -1;  ///< stepCount() at its end; -1: none yet.
+  Eigen::Vector3d position_W = Eigen::Vector3d::Zero();          ///< [m].
+  Eigen::Vector3d rotation_W = Eigen::Vector3d::Zero();          ///< rotation vector [rad].
+  Eigen::Vector3d velocity_W = Eigen::Vector3d::Zero();          ///< [m/s].
+  Eigen::Vector3d angular_velocity_W = Eigen::Vector3d::Zero();  ///< [rad/s].
+};
+
 struct Snapshot;  // snapshot.h
 
 /// Vehicle, world and clock: the only thing the ROS layer drives. No ROS in here, no wall clock, no randomness: the same
 /// calls give the same bits. Not for use from several threads at once.
 class Simulator {
  public:
-  /// Compiles the model, checks the step against the stability certificate; all problems at once. The vehicle is not yet
+  /// Compiles the model, checks the step against the stability certificate, or chooses integrator and step where
+  /// config.accuracy asks for it (config() and loadReport() then say what); all problems at once. The vehicle is not yet
   /// in the world: call setDown. The terrain is shared, never changed.
   static Loaded<Simulator> create(const VehicleDescription& vehicle, std::shared_ptr<const Terrain> terrain,
                                   const SimConfig& config);
@@ -151,12 +162,20 @@ class Simulator {
   const VehicleState& state() const;
   const Terrain& terrain() const;
   const StabilityCertificate& certificate() const;
+  /// The step is larger than the certificate allows: what this simulator says may be nonsense (allow_unstable).
+  bool isBeyondCertificate() const;
+  /// By step doubling, every error_estimate_every ticks; see there for what it is. Does not change the run by a bit.
+  const ErrorEstimate& errorEstimate() const;
+  /// The vehicle stands and is left where it is: the last tick was not worked out (rest_detection).
+  bool isResting() const;
   /// What was derived and assumed at load, for the log: one line each.
   const std::vector<std::string>& loadReport() const;
   /// FNV-1a over every bit of the state, the friction scale included, except the absolute time.
   std::uint64_t stateHash() const;
 
  private:
+  static Loaded<Simulator> createForAccuracy(const VehicleDescription& vehicle, std::shared_ptr<const Terrain> terrain,
+                                             SimConfig config, double target);
   struct Impl;
   explicit Simulator(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;

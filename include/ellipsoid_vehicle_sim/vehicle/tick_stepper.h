@@ -28,8 +28,8 @@ class TickStepper {
 
   /// The drive of `state` is that of the tick already (updateDrive). `before` gets the contact memory of the tick's start
   /// (what stood there is room for a new one). Where the outcome is not sane, that is also put back into the state; its
-  /// motion, paths and treads are then of no use.
-  TickOutcome advance(VehicleState& state, std::vector<ContactMemory>& before);
+  /// motion, paths and treads are then of no use. `ends_tick` false: paths and treads go on accelerating after it.
+  TickOutcome advance(VehicleState& state, std::vector<ContactMemory>& before, bool ends_tick = true);
 
  private:
   void takeWhole(VehicleState& state, TickOutcome& outcome);
@@ -38,7 +38,7 @@ class TickStepper {
   void takeLinearlyImplicit(VehicleState& state, TickOutcome& outcome);   // linearly_implicit.cpp
 
   // Takes over `next` as the end of a step of h seconds.
-  void accept(VehicleState& state, const Motion& next, double h, bool ends_tick, TickOutcome& outcome);
+  void accept(VehicleState& state, const Motion& next, double h, bool last, TickOutcome& outcome);
   double errorOf(double h) const;
 
   // What a trial step of rk4_events met.
@@ -64,6 +64,7 @@ class TickStepper {
   const SimConfig& config_;
   VehicleDynamics& dynamics_;
   std::vector<ContactMemory>* before_ = nullptr;
+  bool ends_tick_ = true;
   MotionRate k_[4], stages_[dormand_prince::kStages], sum_, error_;
   Motion trial_, scratch_;
   std::vector<double> joint_arm_;        // what a joint's turn moves, times this [m]

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ellipsoid_vehicle_sim/vehicle/certificate.h"
+#include "ellipsoid_vehicle_sim/vehicle/sim_config.h"
+
+namespace ellipsoid_vehicle_sim {
+
+// The dial `accuracy`: from metres of error per metre of way to an integrator and its step.
+
+/// One point of a measured curve: scripts/make_accuracy_curves writes them from what trade_off measured.
+struct AccuracyPoint {
+  bool driven;              ///< measured on scenes with ground wheels; else on those without.
+  const char* integrator;   ///< as the parameter spells it.
+  double omega_dt;          ///< step in units of the fastest mode of the certificate [-].
+  double error;             ///< that 90 % of the scenes stay below [m/m].
+  double tick_cost;         ///< CPU time of a tick over one of semi_implicit_euler [-].
+};
+
+const std::vector<AccuracyPoint>& accuracyCurves();
+
+/// Position error per metre travelled (parked or ballistic: per characteristic length) that a word stands for, or the number
+/// itself: fast 1e-2, balanced 1e-3, exact 1e-5. nullopt: neither.
+std::optional<double> accuracyTarget(const std::string& accuracy);
+
+struct AccuracyChoice {
+  IntegratorKind integrator = IntegratorKind::kRk4;
+  double dt = 1e-3;
+  double expected_error = 0.0;  ///< by the curve [m/m].
+  bool reached = false;         ///< false: no measured setting is so exact, this is the most exact one.
+  std::string reason;           ///< in words, for the log.
+};
+
+/// The cheapest setting whose curve stays below the target, at a step that the certificate holds with a tenth to spare;
+/// steps are 1, 2 or 5 times a power of ten, up to 20 ms.
+AccuracyChoice chooseAccuracy(double target, bool driven, const StabilityCertificate& certificate,
+                              const std::vector<AccuracyPoint>& curves);
+
+}  // namespace ellipsoid_vehicle_sim

@@ -1,0 +1,101 @@
+#include "ellipsoid_vehicle_sim/vehicle/accuracy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+namespace ellipsoid_vehicle_sim {
+namespace {
+
+constexpr double kFast = 1e-2, kBalanced = 1e-3, kExact = 1e-5;
+constexpr double kLeast = 1e-9, kMost = 1.0;
+// Of the step that the certificate allows.
+constexpr double kMargin = 0.9;
+constexpr double kLongestStep = 0.02, kShortestStep = 1e-6;
+
+const AccuracyPoint kCurves[] = {
+#include "accuracy_curves.inc"
+};
+
+// The largest of 1, 2, 5 times a power of ten that is not above the step; rounding may not cost a whole grade.
+double roundStep(double step) {
+  double best = kShortestStep;
+  for (double decade = kShortestStep; decade < 0.1; decade *= 10.0)
+    for (const double mantissa : {1.0, 2.0, 5.0})
+      if (mantissa * decade <= step * (1.0 + 1e-9)) best = mantissa * decade;
+  // Without the products' last digits.
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", best);
+  return std::strtod(text, nullptr);
+}
+
+IntegratorKind kindOf(const std::string& name) {
+  for (int i = 0; i < kIntegratorCount; ++i)
+    if (name == toString(static_cast<IntegratorKind>(i))) return static_cast<IntegratorKind>(i);
+  return IntegratorKind::kRk4;
+}
+
+double fastestMode(const StabilityCertificate& certificate) {
+  double fastest = 0.0;
+  for (const StabilityMode& mode : certificate.modes) fastest = std::max(fastest, mode.frequency);
+  return fastest;
+}
+
+}  // namespace
+
+const std::vector<AccuracyPoint>& accuracyCurves() {
+  static const std::vector<AccuracyPoint> curves(std::begin(kCurves), std::end(kCurves));
+  return curves;
+}
+
+std::optional<double> accuracyTarget(const std::string& accuracy) {
+  if (accuracy == "fast") return kFast;
+  if (accuracy == "balanced") return kBalanced;
+  if (accuracy == "exact") return kExact;
+  char* end = nullptr;
+  const double number = std::strtod(accuracy.c_str(), &end);
+  if (accuracy.empty() || *end != '\0' || !(number >= kLeast && number <= kMost)) return std::nullopt;
+  return number;
+}
+
+AccuracyChoice chooseAccuracy(double target, bool driven, const StabilityCertificate& certificate,
+                              const std::vector<AccuracyPoint>& curves) {
+  const double fastest = fastestMode(certificate);
+  AccuracyChoice best, exactest;
+  double best_cost = INFINITY, least_error = INFINITY;
+  std::string bound, exactest_bound;
+  for (const AccuracyPoint& point : curves) {
+    if (point.driven != driven) continue;
+    const IntegratorKind kind = kindOf(point.integrator);
+    const double held = kMargin * certificate.largestStep(kind);
+    const double asked = fastest > 0.0 ? point.omega_dt / fastest : kLongestStep;
+    const double dt = roundStep(std::min({asked, held, kLongestStep}));
+    if (dt > held) continue;
+    const char* what = asked <= held ? "by its measured error" : "by the stability certificate";
+    if (point.error < least_error) {
+      least_error = point.error;
+      exactest = {kind, dt, point.error, false, ""};
+      exactest_bound = what;
+    }
+    const double cost = point.tick_cost / dt;
+    if (point.error > target || cost >= best_cost) continue;
+    best_cost = cost;
+    best = {kind, dt, point.error, true, ""};
+    bound = what;
+  }
+  if (!best.reached) {
+    best = exactest;
+    bound = exactest_bound;
+  }
+  char text[320];
+  std::snprintf(text, sizeof text,
+                "%s at %.4g s, the step bounded %s (fastest mode %.4g rad/s); nine scenes of ten measured stay below %.2g m "
+                "per metre%s",
+                toString(best.integrator), best.dt, bound.c_str(), fastest, best.expected_error,
+                best.reached ? "" : ": no measured setting reaches what was asked, this is the most exact");
+  best.reason = text;
+  return best;
+}
+
+}  // namespace ellipsoid_vehicle_sim
