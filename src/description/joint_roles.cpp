@@ -34,6 +34,7 @@ RoleFinder::RoleFinder(VehicleDescription& vehicle, const std::vector<std::vecto
       wheel_of_joint_(vehicle.joints.size(), -1) {}
 
 std::vector<GroundWheel> RoleFinder::find() {
+  guessAxes();
   findForward();
   findWheels();
   for (std::size_t j = 0; j < vehicle_.joints.size(); ++j) {

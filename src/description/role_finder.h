@@ -23,6 +23,7 @@ class RoleFinder {
   using Vector3d = Eigen::Vector3d;
 
   // role_wheels.cpp
+  void guessAxes();
   void findForward();
   std::optional<double> directionOfAxles() const;
   int forwardSign(double yaw, std::string& why) const;

@@ -48,6 +48,28 @@ int sideOf(const std::string& name) {
 
 }  // namespace
 
+/// A wheel whose joint has no <axis> turns about the axis that its shape has, not about x.
+void RoleFinder::guessAxes() {
+  for (std::size_t j = 0; j < vehicle_.joints.size(); ++j) {
+    JointDescription& d = vehicle_.joints[j];
+    if (hints_.without_axis.count(d.name) == 0 || !isRotary(d.type)) continue;
+    const auto shapes = shapesOf(static_cast<int>(j));
+    if (shapes.empty() || measureWheel(shapes, d.axis).round) continue;
+    std::vector<Vector3d> axes = {Vector3d::UnitY(), Vector3d::UnitZ()};
+    for (const PlacedShape& s : shapes)
+      if (s.shape->kind == CollisionShape::Kind::kCylinder) axes.insert(axes.begin(), s.X_GS.q * Vector3d::UnitZ());
+    for (const Vector3d& axis : axes) {
+      if (!measureWheel(shapes, axis).round || std::abs((X_RL_[j + 1].q * axis).z()) > kLevel) continue;
+      d.axis = axis.cwiseAbs().maxCoeff() > 1.0 - 1e-9 ? Vector3d(axis.array().round()) : axis;
+      // Positive turns forward, where nothing says otherwise.
+      if ((X_RL_[j + 1].q * d.axis).y() < 0.0) d.axis = -d.axis;
+      notes_.push_back(placeText(vehicle_.file, d.line, "joint", d.name) + ": no <axis>, and its shape is round about " +
+                       axisText(d.axis) + " of '" + d.child + "', not about x: that is taken");
+      break;
+    }
+  }
+}
+
 /// The level direction across the axles [rad, within a half turn]; nullopt where they do not agree.
 std::optional<double> RoleFinder::directionOfAxles() const {
   double c = 0.0, s = 0.0, count = 0.0;

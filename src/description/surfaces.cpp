@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 constexpr double kMostFriction = 5.0;    // more is "never slip" in some simulators' words
 constexpr double kLeastGrip = 0.05;      // of a driven wheel: less is a wheel that a plugin slides about
-constexpr double kBallFriction = 0.02;   // of what stands for a rolling ball or a caster
+constexpr double kBallFriction = 0.005;  // of what stands for a rolling ball or a caster
 constexpr double kOnGround = 0.3;        // radii of the smallest wheel: as near as this to the wheels' bottoms
 
 double bottomOf(const EllipsoidDescription& e, const Pose& X_RL) {

@@ -166,7 +166,9 @@ Loaded<VehicleDescription> load(const std::string& text, const std::string& file
   if (!urdf) return result;
 
   // Everything that can be said about the file by itself, before the first refusal stops the work.
-  const RoleHints hints{urdf->transmissions, options.roles, options.drive_joints, options.forward_yaw};
+  RoleHints hints{urdf->transmissions, options.roles, options.drive_joints, options.forward_yaw, {}};
+  for (const JointText& joint : urdf->joints)
+    if (!joint.axis) hints.without_axis.insert(joint.joint.name);
   checkHints(hints, urdf->joints, file, problems);
   const auto order = orderTree(*urdf, file, problems);
   VehicleDescription vehicle = order ? describe(*urdf, *order, file, problems, result.notes) : VehicleDescription{};

@@ -10,7 +10,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kSample = 0.05;    // along the way, and at most across it [m]
-constexpr double kSlope = 0.15;     // that counts as a way [-]
+constexpr double kSlope = 0.1;      // that counts as a way [-]
+constexpr double kSpare = 0.6;      // of the clearance, before and behind a bump the body pitches
 constexpr int kHeadings = 16;
 constexpr int kGrid = 12;           // starts along each side of the world
 constexpr double kMargin = 0.05;    // beside the vehicle [m]
@@ -22,6 +23,20 @@ std::vector<double> lanes(const Footprint& f) {
   std::vector<double> offsets;
   for (int i = 0; i <= count; ++i) offsets.push_back(half * (2.0 * i / count - 1.0));
   return offsets;
+}
+
+using Row = std::vector<Vector3d>;
+
+/// Whether the newest row lets a vehicle of so many rows stand over those before it.
+bool follows(const std::vector<Row>& rows, std::size_t length, const Footprint& f) {
+  if (rows.size() <= length) return true;
+  const Row &ahead = rows.back(), &behind = rows[rows.size() - 1 - length], &between = rows[rows.size() - 1 - length / 2];
+  for (std::size_t i = 0; i < ahead.size(); ++i) {
+    const double bump = between[i].z() - 0.5 * (ahead[i].z() + behind[i].z());
+    if (bump > kSpare * f.clearance || -bump > f.hollow) return false;
+  }
+  const auto roll = [](const Row& row) { return row.back().z() - row.front().z(); };
+  return std::abs(roll(ahead) - roll(behind)) <= f.warp;
 }
 
 }  // namespace
@@ -37,10 +52,12 @@ double freeStraight(const Terrain& terrain, const Footprint& f, const WorldStart
   const Vector3d from(start.x, start.y, 0.0);
   const std::vector<double> across = lanes(f);
   const double levels[] = {1.5 * f.step, 0.35 * f.height, 0.7 * f.height, f.height};
-  std::vector<Vector3d> last;
+  Row last;
+  std::vector<Row> rows;
+  const auto length = static_cast<std::size_t>(std::max(2.0, (f.front + f.rear) / kSample));
   double reached = -f.rear - kSample;
   for (double s = -f.rear; s <= f.front + longest + 1e-9; s += kSample) {
-    std::vector<Vector3d> row;
+    Row row;
     for (const double offset : across) {
       Vector3d p = from + s * ahead + offset * left;
       const auto z = groundBelow(terrain, p.x(), p.y());
@@ -68,7 +85,8 @@ double freeStraight(const Terrain& terrain, const Footprint& f, const WorldStart
           open = false;
       }
     }
-    if (!open) break;
+    if (open) rows.push_back(row);
+    if (!open || !follows(rows, length, f)) break;
     last = std::move(row);
     reached = s;
   }

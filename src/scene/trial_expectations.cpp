@@ -124,8 +124,8 @@ Footprint footprintOf(const VehicleModel& model) {
   const VehicleDescription& vehicle = model.description;
   const std::vector<Pose> X_RL = linkPosesAtZero(vehicle);
   const Eigen::Quaterniond q_FR(Eigen::AngleAxisd(-vehicle.forward_yaw, Vector3d::UnitZ()));
-  Footprint f{0.0, 0.0, 0.0, 0.0, 0.0};
-  double bottom = 1e300, top = -1e300, radius = 1e300;
+  Footprint f{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e9, 0.0};
+  double bottom = 1e300, top = -1e300, radius = 1e300, body = 1e300;
   for (std::size_t l = 0; l < vehicle.links.size(); ++l)
     for (const EllipsoidDescription& e : vehicle.links[l].ellipsoids) {
       const Pose X_FE = Pose{Vector3d::Zero(), q_FR} * X_RL[l] * e.X_LE;
@@ -134,11 +134,37 @@ Footprint footprintOf(const VehicleModel& model) {
       f.rear = std::max(f.rear, reach.x() - X_FE.p.x());
       f.half_width = std::max(f.half_width, std::abs(X_FE.p.y()) + reach.y());
       bottom = std::min(bottom, X_FE.p.z() - reach.z());
+      const bool wheel = l > 0 && (vehicle.joints[l - 1].role == JointRole::kDrive ||
+                                   vehicle.joints[l - 1].role == JointRole::kFreeWheel);
+      if (!wheel) body = std::min(body, X_FE.p.z() - reach.z());
       top = std::max(top, X_FE.p.z() + reach.z());
     }
   for (const WheelUnit& wheel : model.drive.wheels) radius = std::min(radius, wheel.radius);
   f.height = std::max(0.05, top - bottom);
-  f.step = model.drive.wheels.empty() ? 0.01 : 0.2 * radius;
+  const bool wheels = !model.drive.wheels.empty();
+  f.step = wheels ? 0.2 * radius : 0.01;
+  f.clearance = std::max(wheels ? 0.2 * radius : 0.01, body - bottom);
+  // A vehicle that cannot warp lifts a wheel instead, and may be left with one that drives in the air.
+  bool warps = false;
+  for (const DynamicJoint& joint : model.dynamic_joints) warps = warps || joint.role == JointRole::kSuspension;
+  f.warp = wheels ? (warps ? 0.5 : 0.2) * radius : 0.02;
+  // Stiff, with wheels between its ends, some of which do not drive: those that do must not be lifted.
+  bool idle = false, between = false;
+  double front = -1e300, rear = 1e300;
+  for (const WheelUnit& wheel : model.drive.wheels) {
+    idle = idle || !wheel.driven;
+    front = std::max(front, wheel.p_FW.x());
+    rear = std::min(rear, wheel.p_FW.x());
+  }
+  for (const WheelUnit& wheel : model.drive.wheels) {
+    const double along = (wheel.p_FW.x() - rear) / std::max(front - rear, 1e-9);
+    between = between || (along > 0.1 && along < 0.9);
+  }
+  if (wheels && !warps && idle && between) {
+    f.warp = 0.1 * radius;
+    f.clearance = std::min(f.clearance, 0.2 * radius);
+    f.hollow = 0.1 * radius;
+  }
   return f;
 }
 

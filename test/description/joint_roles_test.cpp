@@ -366,6 +366,16 @@ TEST(JointRoles, LimitsOfZeroOnARoundWheelAreNone) {
   EXPECT_TRUE(notedWith(loaded, {"joint 'w_axle'", "both 0", "taken as unlimited"}));
 }
 
+TEST(JointRoles, AWheelWithoutAnAxisTurnsAboutItsShapesOwn) {
+  std::string left = wheelText("l", "base", "0 0.3 0");
+  const std::string axis = "<axis xyz=\"0 1 0\"/>";
+  left.erase(left.find(axis), axis.size());
+  const auto loaded = loadText(baseText() + left + wheelText("r", "base", "0 -0.3 0"));
+  EXPECT_EQ(roleOf(loaded, "l_axle"), JointRole::kDrive);
+  EXPECT_TRUE(jointOf(*loaded.value, "l_axle").axis.isApprox(Eigen::Vector3d::UnitY(), 1e-9));
+  EXPECT_TRUE(notedWith(loaded, {"joint 'l_axle'", "no <axis>", "that is taken"}));
+}
+
 TEST(JointRoles, PluginsOfDrivesAndRos2ControlSayWhatDrives) {
   const std::string front = wheelText("fl", "base", "0.2 0.25 0") + wheelText("fr", "base", "0.2 -0.25 0");
   for (const std::string hint :

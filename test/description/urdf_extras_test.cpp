@@ -64,7 +64,7 @@ TEST(Surfaces, ABallOnTheGroundIsACasterUnlessTheFileSaysOtherwise) {
                            jointText("c", "fixed", "base", "caster", "0.25 0 -0.07", "1 0 0");
   const auto plain = loadText(baseText() + rearAxleText() + ball);
   ASSERT_TRUE(isLoaded(plain));
-  EXPECT_EQ(linkOf(*plain.value, "caster").ellipsoids.at(0).mu, 0.02);
+  EXPECT_EQ(linkOf(*plain.value, "caster").ellipsoids.at(0).mu, 0.005);
   EXPECT_TRUE(notedWith(plain, {"link 'caster'", "taken for a ball or caster"}));
   const auto said = loadText(baseText() + rearAxleText() + ball + gazeboText("caster", "<mu1>0.3</mu1>"));
   EXPECT_EQ(linkOf(*said.value, "caster").ellipsoids.at(0).mu, 0.3);

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,8 @@
 //   ground wheel   turns at least +-170 degrees (or has both limits 0, for "none") about a level axis, lateral within
 //                  20 degrees (below a swivel: any level axis), carries a shape that is round about it and centred on it
 //                  within 10 %, and its bottom is within 30 % of its radius of the lowest wheel's
+//                  Where the file has no <axis> and the shape is not round about x, URDF's default, but about y, z or its own
+//                  axis, that one is taken
 //   steer          turns within limits about an axis within 30 degrees of vertical, with wheels below it that stand within
 //                  two radii of the axis; farther away, or with a third of the mass, it is a hitch: passive. Without
 //                  limits it is a caster's swivel: passive, its wheels free, unless the wheels have no trail and a
@@ -45,6 +48,7 @@ struct RoleHints {
   std::map<std::string, JointRole> roles;  ///< by joint name: overrules everything.
   std::vector<std::string> drive_joints;   ///< the driven wheels, all of them; empty: found out.
   std::optional<double> forward_yaw;       ///< of forward from the root link's x [rad]; empty: found out.
+  std::set<std::string> without_axis;      ///< joints for which the file has no <axis>, and x stands in.
 };
 
 /// Names in the hints that no joint has, and roles a joint's type cannot play.

@@ -14,6 +14,9 @@ struct Footprint {
   double half_width = 0.3;          ///< [m].
   double height = 0.5;              ///< [m].
   double step = 0.02;               ///< that its wheels take [m].
+  double clearance = 0.1;           ///< below its body, between its ends [m].
+  double hollow = 1e9;              ///< depth that it may stand over with wheels between its ends, which would hang [m].
+  double warp = 0.05;               ///< by which its two ends may stand across each other, wheel against wheel [m].
 };
 
 /// A place to stand and the way ahead of it.
@@ -23,8 +26,9 @@ struct FreeStraight {
 };
 
 /// How far the vehicle can go straight on from a start, up to `longest` [m]: ground that faces up below all of it, rising
-/// and falling by at most 15 per cent and by no more than a step at once, and no front of a triangle in the way. Negative:
-/// it has no room to stand there.
+/// and falling by at most 10 per cent and by no more than a step at once, nowhere between its ends higher than its body has
+/// way down, not more warped than its wheels follow, and no front of a triangle in the way. Negative: it has no room to
+/// stand there.
 double freeStraight(const Terrain& terrain, const Footprint& footprint, const WorldStart& start, double longest);
 
 /// Starts to try, the best first: the preferred one in its own heading, then in others, then those of a grid over the
