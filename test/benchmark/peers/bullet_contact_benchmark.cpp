@@ -7,6 +7,7 @@
 
 #include <BulletCollision/NarrowPhaseCollision/btComputeGjkEpaPenetration.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
+#include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btMprPenetration.h>
 
 #include "bullet_shapes.h"
@@ -126,7 +127,7 @@ void wholeQuery(benchmark::State& state, bool cold) {
     for (PosedEllipsoid& place : places) place = path.next();
   std::size_t k = 0, touches = 0;
   for (auto _ : state) {
-    wheel.setWorldTransform({btMatrix3x3::getIdentity(), toBullet(places[k++ & 65535].p_WE)});
+    wheel.setWorldTransform(btTransform(btMatrix3x3::getIdentity(), toBullet(places[k++ & 65535].p_WE)));
     Deepest deepest;
     world.contactPairTest(&wheel, &ground, deepest);
     touches += deepest.depth > 0;

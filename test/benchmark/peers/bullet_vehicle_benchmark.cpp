@@ -16,7 +16,7 @@ constexpr btScalar kStep = btScalar(ride::kTick);
 /// A world with one mesh as its ground.
 class BulletWorld {
  public:
-  explicit BulletWorld(const TriangleSoup& soup) : mesh_(soup), ground_({0, nullptr, mesh_.shape.get()}) {
+  explicit BulletWorld(const TriangleSoup& soup) : mesh_(soup), ground_(btRigidBody::btRigidBodyConstructionInfo(0, nullptr, mesh_.shape.get())) {
     world.setGravity({0, 0, btScalar(-9.80665)});
     ground_.setFriction(1);
     world.addRigidBody(&ground_);
@@ -34,7 +34,7 @@ class BulletWorld {
                                    const btVector3& inertia) {
     auto body = std::make_unique<btRigidBody>(
         btRigidBody::btRigidBodyConstructionInfo(static_cast<btScalar>(mass), nullptr, &shape, inertia));
-    body->setWorldTransform({btMatrix3x3::getIdentity(), toBullet(p)});
+    body->setWorldTransform(btTransform(btMatrix3x3::getIdentity(), toBullet(p)));
     body->setInterpolationWorldTransform(body->getWorldTransform());
     body->setFriction(1);
     body->setActivationState(DISABLE_DEACTIVATION);
@@ -62,7 +62,7 @@ void reportPerStep(benchmark::State& state, std::int64_t steps) {
                                                      benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
-btTransform at(const Eigen::Vector3d& p) { return {btMatrix3x3::getIdentity(), toBullet(p)}; }
+btTransform at(const Eigen::Vector3d& p) { return btTransform(btMatrix3x3::getIdentity(), toBullet(p)); }
 
 void dropBody(benchmark::State& state) {
   BulletWorld bullet(gridSoup(drop::kCells, 1.0, [](double, double) { return 0.0; }, {-10.0, -10.0, 0.0}));

@@ -120,8 +120,8 @@ void driveOverHills(benchmark::State& state, int cells, bool rk4, double radius,
   const Model model =
       load(ground, carBody(0.0, -radius),
            "<actuator><position joint='front_left_steer' kp='5000'/><position joint='front_right_steer' kp='5000'/>"
-           "<velocity joint='rear_left_axle' kv='200' forcerange='-1500 1500'/>"
-           "<velocity joint='rear_right_axle' kv='200' forcerange='-1500 1500'/></actuator>",
+           "<velocity joint='rear_left_axle' kv='200' forcelimited='true' forcerange='-1500 1500'/>"
+           "<velocity joint='rear_right_axle' kv='200' forcelimited='true' forcerange='-1500 1500'/></actuator>",
            rk4);
   const Data data(mj_makeData(model.get()), &mj_deleteData);
   const auto steps = std::llround(seconds / ride::kTick), run_up = std::llround(ride::kRunUp / ride::kTick);
