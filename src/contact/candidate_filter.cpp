@@ -48,15 +48,16 @@ namespace avx512 {
 
 struct Kernels {
   void (*planes)(const CandidateBlock&, const FilterEllipsoid&, double, PlaneTest&);
-  void (*pushes)(const CandidateBlock&, std::uint32_t, const FilterEllipsoid&, const KnownPush&, PushTest&);
+  std::uint32_t (*pushes)(const CandidateBlock&, std::uint32_t, const FilterEllipsoid&, const KnownPush&);
+  std::uint32_t (*rises)(const CandidateBlock&, std::uint32_t, const FilterEllipsoid&, const KnownPush&);
 };
 
 Kernels kernelsFor(FilterLanes lanes) {
 #if defined(__x86_64__)
-  if (lanes == FilterLanes::kEight) return {avx512::planes, avx512::pushes};
-  if (lanes == FilterLanes::kFour) return {avx2::planes, avx2::pushes};
+  if (lanes == FilterLanes::kEight) return {avx512::planes, avx512::pushes, avx512::rises};
+  if (lanes == FilterLanes::kFour) return {avx2::planes, avx2::pushes, avx2::rises};
 #endif
-  return {plain::planes, plain::pushes};
+  return {plain::planes, plain::pushes, plain::rises};
 }
 
 const Kernels kBest = kernelsFor(widestFilterLanes());
@@ -81,13 +82,22 @@ void testPlanes(FilterLanes lanes, const CandidateBlock& block, const FilterElli
   kernelsFor(lanes).planes(block, ellipsoid, slack, result);
 }
 
-void testPush(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
-              const KnownPush& push, PushTest& result) {
-  kBest.pushes(block, wanted, ellipsoid, push, result);
+std::uint32_t testPush(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
+                       const KnownPush& push) {
+  return kBest.pushes(block, wanted, ellipsoid, push);
 }
-void testPush(FilterLanes lanes, const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
-              const KnownPush& push, PushTest& result) {
-  kernelsFor(lanes).pushes(block, wanted, ellipsoid, push, result);
+std::uint32_t testPush(FilterLanes lanes, const CandidateBlock& block, std::uint32_t wanted,
+                       const FilterEllipsoid& ellipsoid, const KnownPush& push) {
+  return kernelsFor(lanes).pushes(block, wanted, ellipsoid, push);
+}
+
+std::uint32_t testRise(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
+                       const KnownPush& push) {
+  return kBest.rises(block, wanted, ellipsoid, push);
+}
+std::uint32_t testRise(FilterLanes lanes, const CandidateBlock& block, std::uint32_t wanted,
+                       const FilterEllipsoid& ellipsoid, const KnownPush& push) {
+  return kernelsFor(lanes).rises(block, wanted, ellipsoid, push);
 }
 
 }  // namespace ellipsoid_vehicle_sim

@@ -76,22 +76,28 @@ inline void planesOf(const CandidateBlock& block, int first, const FilterEllipso
   store(h_squared, result.half_width_squared + first);
 }
 
-inline void pushesOf(const CandidateBlock& block, int first, const FilterEllipsoid& e, const KnownPush& push,
-                     PushTest& result) {
+inline std::uint32_t risesOf(const CandidateBlock& block, int first, const FilterEllipsoid& e, const KnownPush& push) {
+  const double u_p = dot(push.u, push.p - e.c);
+  LaneVec3 t;
+  Lanes u_t, most;
+  loadFrom(block.v[0], first, e.c, t);
+  dot(push.u, t, most);
+  for (int k = 1; k < 3; ++k) {
+    loadFrom(block.v[k], first, e.c, t);
+    dot(push.u, t, u_t);
+    larger(most, u_t, most);
+  }
+  return bitsOf(most - u_p > kAbove) << first;
+}
+
+inline std::uint32_t pushesOf(const CandidateBlock& block, int first, const FilterEllipsoid& e, const KnownPush& push) {
   const double r_max = e.radii.x > e.radii.y ? (e.radii.x > e.radii.z ? e.radii.x : e.radii.z)
                                              : (e.radii.y > e.radii.z ? e.radii.y : e.radii.z);
   LaneVec3 t[3], n, n_E, m[3];
   for (int k = 0; k < 3; ++k) loadFrom(block.v[k], first, e.c, t[k]);
   load(block.nhat, first, n);
 
-  // The plane through p.
   const Vec3 p = push.p - e.c;
-  const double u_p = dot(push.u, p);
-  Lanes u_t[3], most;
-  for (int k = 0; k < 3; ++k) dot(push.u, t[k], u_t[k]);
-  larger(u_t[0], u_t[1], most);
-  larger(most, u_t[2], most);
-  result.rises |= bitsOf(most - u_p > kAbove) << first;
 
   // (c) the horizon is clear.
   Lanes s, h_squared, b;
@@ -149,7 +155,7 @@ inline void pushesOf(const CandidateBlock& block, int first, const FilterEllipso
   const LaneVec3 q{along * push.u.x + epsilon * tilt.x, along * push.u.y + epsilon * tilt.y,
                    along * push.u.z + epsilon * tilt.z};
   LaneVec3 q_E;
-  Lanes q_t[3], h_q_squared, q_n, farthest = zero;
+  Lanes q_t[3], most, h_q_squared, q_n, farthest = zero;
   for (int k = 0; k < 3; ++k) {
     dot(q, t[k], q_t[k]);
     const Lanes length =
@@ -163,7 +169,7 @@ inline void pushesOf(const CandidateBlock& block, int first, const FilterEllipso
   dot(q, n, q_n);
   const Lanes room = push.depth * (1.0 - kDepthMargin) - kLengthMargin * (farthest + r_max) - most;
   const Mask below = (room > zero) & (h_q_squared <= room * room);
-  result.cleared |= bitsOf(outside & horizon & below & (q_n > zero) & (s < zero)) << first;
+  return bitsOf(outside & horizon & below & (q_n > zero) & (s < zero)) << first;
 }
 
 void planes(const CandidateBlock& block, const FilterEllipsoid& ellipsoid, double slack, PlaneTest& result) {
@@ -172,11 +178,18 @@ void planes(const CandidateBlock& block, const FilterEllipsoid& ellipsoid, doubl
     planesOf(block, first, ellipsoid, slack, result);
 }
 
-void pushes(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid, const KnownPush& push,
-            PushTest& result) {
-  result.cleared = result.rises = 0;
+std::uint32_t pushes(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
+                     const KnownPush& push) {
+  std::uint32_t cleared = 0;
   for (int first = 0; first < CandidateBlock::kWidth; first += EVS_LANES)
-    if ((wanted >> first & ((1u << EVS_LANES) - 1u)) != 0) pushesOf(block, first, ellipsoid, push, result);
-  result.cleared &= wanted;
-  result.rises &= wanted;
+    if ((wanted >> first & ((1u << EVS_LANES) - 1u)) != 0) cleared |= pushesOf(block, first, ellipsoid, push);
+  return cleared & wanted;
+}
+
+std::uint32_t rises(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
+                    const KnownPush& push) {
+  std::uint32_t found = 0;
+  for (int first = 0; first < CandidateBlock::kWidth; first += EVS_LANES)
+    if ((wanted >> first & ((1u << EVS_LANES) - 1u)) != 0) found |= risesOf(block, first, ellipsoid, push);
+  return found & wanted;
 }

@@ -97,7 +97,7 @@ class Evaluation {
     const Candidate& candidate = candidates_[near_[first.candidate].candidate];
     take(result, candidate.index, first.contact.nhat_W, first.contact.p_WE_lowest, first.contact.depth,
          feltDepth(first.contact, candidate));
-    if (options_.contacts == ContactsPerEllipsoid::kValley) addValleyContacts(result, first.contact, first.candidate);
+    if (options_.contacts == ContactsPerEllipsoid::kValley) addValleyContacts(result, first.contact);
   }
 
  private:
@@ -130,23 +130,52 @@ class Evaluation {
     for (NearTriangle& near : near_) near.cleared = false;
   }
 
-  // Marks what a push clears of the ellipsoid as `filter` has it; tells whether any candidate rises above the push's
-  // plane.
-  bool clear(const FilterEllipsoid& filter, const KnownPush& push) {
+  // Calls use(block, wanted, set) for each block with near triangles that `chosen` takes: their lanes, and set(bits) to
+  // be told of which of them something holds.
+  template <typename Chosen, typename Use>
+  void forBlocks(const Chosen& chosen, const Use& use) {
     constexpr int kWidth = CandidateBlock::kWidth;
-    bool rises = false;
     for (std::size_t i = 0; i < near_.size();) {
       const int block = near_[i].candidate / kWidth;
+      const std::size_t begin = i;
       std::uint32_t wanted = 0;
-      std::size_t end = i;
-      for (; end < near_.size() && near_[end].candidate / kWidth == block; ++end)
-        if (!near_[end].done) wanted |= 1u << near_[end].candidate % kWidth;
-      PushTest test;
-      testPush(blocks_[block], wanted, filter, push, test);
-      rises = rises || test.rises != 0;
-      for (; i < end; ++i) near_[i].cleared = (test.cleared >> near_[i].candidate % kWidth & 1u) != 0;
+      for (; i < near_.size() && near_[i].candidate / kWidth == block; ++i)
+        if (chosen(near_[i])) wanted |= 1u << near_[i].candidate % kWidth;
+      if (wanted == 0) continue;
+      if (use(blocks_[block], wanted, begin, i)) return;
     }
-    return rises;
+  }
+
+  // Marks what is not cleared yet and a push proves to be of no interest, to the ellipsoid as `filter` has it.
+  void clear(const FilterEllipsoid& filter, const KnownPush& push) {
+    forBlocks([](const NearTriangle& near) { return !near.done && !near.cleared; },
+              [&](const CandidateBlock& block, std::uint32_t wanted, std::size_t begin, std::size_t end) {
+                const std::uint32_t cleared = testPush(block, wanted, filter, push);
+                for (std::size_t i = begin; i < end; ++i)
+                  if ((cleared >> near_[i].candidate % CandidateBlock::kWidth & 1u) != 0) near_[i].cleared = true;
+                return false;
+              });
+  }
+
+  // Does any triangle that was not taken rise above the plane of a contact?
+  bool anyRises(const KnownPush& push) {
+    bool found = false;
+    forBlocks([](const NearTriangle& near) { return !near.done; },
+              [&](const CandidateBlock& block, std::uint32_t wanted, std::size_t, std::size_t) {
+                return found = testRise(block, wanted, filter_, push) != 0;
+              });
+    return found;
+  }
+
+  // Leaves out what is no deeper below its plane than `depth` (of the triangle's normal); tells whether any is left.
+  template <typename Depth>
+  bool keepDeeper(const Depth& depth) {
+    bool any = false;
+    for (NearTriangle& near : near_) {
+      near.cleared = near.done || !near.isDeeperThan(depth(near) - kPruneSlack);
+      any = any || !near.cleared;
+    }
+    return any;
   }
 
   KnownPush knownPush(const TriangleContact& contact, double depth) const {
@@ -192,9 +221,14 @@ class Evaluation {
     for (int i = 0; i < count && memory_.count > 0; ++i)
       if (candidates_[near_[i].candidate].index == memory_.carried[0].triangle) warm = i;
     if (count > 0) consider(warm);
-    if (bounded && winner >= 0 && count > 1) {
-      rises_above_ = clear(filter_, knownPush(best, best.depth));
-      rises_above_winner_ = winner;
+    if (bounded && winner >= 0) {
+      // The winner is asked no more in this search.
+      const bool done = near_[winner].done;
+      near_[winner].done = true;
+      const bool rivals = keepDeeper([&](const NearTriangle&) { return best.depth; });
+      if (rivals) clear(filter_, knownPush(best, best.depth));
+      near_[winner].done = done;
+      if (!rivals) return {winner, best, {}};
     }
     for (int i = 0; i < count; ++i)
       if (i != warm) consider(i);
@@ -257,10 +291,10 @@ class Evaluation {
   }
 
   // What still holds the ellipsoid after the push of the first contact: a wall beside the ground, a kerb's edge.
-  void addValleyContacts(EllipsoidContacts& result, const TriangleContact& first, int first_candidate) {
+  void addValleyContacts(EllipsoidContacts& result, const TriangleContact& first) {
     // On flat and convex ground the first push clears everything.
-    const bool rises = first_candidate == rises_above_winner_ ? rises_above_ : clear(filter_, knownPush(first, 0.0));
-    if (!rises) return;
+    const KnownPush known = knownPush(first, 0.0);
+    if (!anyRises(known)) return;
 
     Eigen::Vector3d push = first.depth * first.nhat_W;
     std::array<Eigen::Vector3d, kMaxContactsPerEllipsoid> nhat;
@@ -269,11 +303,16 @@ class Evaluation {
     depth[0] = first.depth;
     while (result.count < kMaxContactsPerEllipsoid) {
       const PosedEllipsoid pushed = moved(ellipsoid_, push);
-      forgetCleared();
       if (options_.rule == ContactRule::kMinimumTranslation) {
+        const auto planeDepth = [&](const NearTriangle& near) {
+          return push.dot(candidates_[near.candidate].triangle.nhat_W);
+        };
+        if (!keepDeeper(planeDepth)) return;
         FilterEllipsoid filter = filter_;
         filter.c = Vec3::from(pushed.p_WE);
-        clear(filter, knownPush(first, 0.0));
+        clear(filter, known);
+      } else {
+        forgetCleared();
       }
       const Found found = deepestAdmitted([&] { return deepestLeft(pushed, push); });
       if (found.candidate < 0) return;
@@ -316,8 +355,6 @@ class Evaluation {
   const std::vector<Candidate>& candidates_;
   const std::vector<CandidateBlock>& blocks_;
   std::vector<NearTriangle>& near_;
-  bool rises_above_ = false;     ///< some candidate rises above the contact that was known to deepest() first,
-  int rises_above_winner_ = -1;  ///< which was that with this one of near_.
 };
 
 }  // namespace

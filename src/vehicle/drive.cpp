@@ -94,7 +94,7 @@ void applyWheelCommands(const DriveModel& drive, const SimConfig& config, DriveS
 double rollingSpeed(const WheelUnit& wheel, double reference_x, double speed, double yaw_rate, double angle) {
   const double vx = speed - yaw_rate * wheel.p_FW.y();
   const double vy = yaw_rate * (wheel.p_FW.x() - reference_x);
-  return vx * std::cos(angle) + vy * std::sin(angle);
+  return angle == 0.0 ? vx : vx * std::cos(angle) + vy * std::sin(angle);
 }
 
 double steerAngle(const VehicleModel& model, const VehicleState& state, int steer) {
@@ -214,7 +214,8 @@ void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleStat
   if (d.has_command) ++d.command_age;
 
   const DriveCommand& command = d.command;
-  double speed = 0.0, yaw_rate = 0.0, curvature = actualCurvature(model, state);
+  const double actual = actualCurvature(model, state);
+  double speed = 0.0, yaw_rate = 0.0, curvature = actual;
   // A command that says how fast to slow down is followed to the end; then the brakes hold.
   const bool slowing = d.mode == DriveState::Mode::kDrive && command.kind == DriveCommand::Kind::kAckermann &&
                        (command.acceleration > 0.0 || command.jerk > 0.0) && d.speed != 0.0;
@@ -258,7 +259,7 @@ void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleStat
     d.acceleration = 0.0;
   }
 
-  const double turning = drive.layout == DriveLayout::kAckermann ? d.speed * actualCurvature(model, state) : d.yaw_rate;
+  const double turning = drive.layout == DriveLayout::kAckermann ? d.speed * actual : d.yaw_rate;
   for (std::size_t i = 0; i < drive.wheels.size(); ++i) {
     const WheelUnit& wheel = drive.wheels[i];
     const double angle = steerAngle(model, state, wheel.steer);

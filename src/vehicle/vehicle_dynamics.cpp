@@ -155,12 +155,6 @@ void VehicleDynamics::move(const Motion& x) {
   }
 }
 
-// Velocity of a point of a body that carries ellipsoids, in W; p_OX from the base's origin, in W.
-Vec3 VehicleDynamics::pointVelocity(const Motion& x, int body, const Vec3& p_OX) const {
-  const Spatial& v = moving_W_[body];
-  return Vec3::from(x.v_WB) + (v.linear + cross(v.angular, p_OX));
-}
-
 void VehicleDynamics::findAll(bool at_remembered_pose) {
   for (std::size_t i = 0; i < posed_.size(); ++i) {
     const ContactMemory& memory = (*memory_)[i];

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "support/contact_scenes.h"
 #include "support/random_contact_cases.h"
 
@@ -69,13 +71,12 @@ void compare(RandomContactCases& random, const Vector3d& offset, Tally& tally) {
       if (!known) continue;
       const KnownPush push{Vec3::from(known.nhat_W), Vec3::from(known.trianglePoint()), e.halfWidth(known.nhat_W),
                            known.depth};
-      PushTest test;
-      testPush(cache.blocks()[b], planes.near, filter, push, test);
+      const std::uint32_t clear = testPush(cache.blocks()[b], planes.near, filter, push);
       for (int lane = 0; lane < CandidateBlock::kWidth; ++lane) {
         if ((planes.near >> lane & 1u) == 0) continue;
         const TriangleContact& other = contacts[b * CandidateBlock::kWidth + static_cast<std::size_t>(lane)];
         const bool shallower = other.depth < known.depth * (1.0 - 1e-12);
-        if ((test.cleared >> lane & 1u) == 0) continue;
+        if ((clear >> lane & 1u) == 0) continue;
         ++tally.cleared;
         ASSERT_TRUE(shallower) << "cleared at " << known.depth << " m, but it is " << other.depth << " m deep";
       }
@@ -117,14 +118,13 @@ TEST(CandidateFilter, LeavesLittleToWorkOutBesideAWheelOnRollingGround) {
                          deepest.depth};
     for (std::size_t b = 0; b < cache.blocks().size(); ++b) {
       PlaneTest planes;
-      PushTest test;
       testPlanes(cache.blocks()[b], filter, 1e-9, planes);
-      testPush(cache.blocks()[b], planes.near, filter, push, test);
+      const std::uint32_t clear = testPush(cache.blocks()[b], planes.near, filter, push);
       for (int lane = 0; lane < CandidateBlock::kWidth; ++lane) {
         if ((planes.near >> lane & 1u) == 0 || b * CandidateBlock::kWidth + static_cast<std::size_t>(lane) == winner)
           continue;
         ++others;
-        cleared += test.cleared >> lane & 1u;
+        cleared += clear >> lane & 1u;
       }
     }
   }
@@ -154,19 +154,24 @@ TEST(CandidateFilter, EveryWidthGivesTheSameBits) {
     const KnownPush push{Vec3::from(u), Vec3::from(p), e.halfWidth(u), random.logUniform(1e-4, 1.0)};
     for (const CandidateBlock& block : cache.blocks()) {
       PlaneTest reference;
-      PushTest reference_push;
       testPlanes(FilterLanes::kTwo, block, filter, 1e-9, reference);
-      testPush(FilterLanes::kTwo, block, 0xffu, filter, push, reference_push);
+      const std::uint32_t cleared = testPush(FilterLanes::kTwo, block, 0xffu, filter, push);
+      const std::uint32_t rises = testRise(FilterLanes::kTwo, block, 0xffu, filter, push);
+      for (int lane = 0; lane < CandidateBlock::kWidth; ++lane) {
+        double highest = -std::numeric_limits<double>::infinity();
+        for (int k = 0; k < 3; ++k)
+          highest = std::max(highest, u.dot(Vector3d(block.v[k][0][lane], block.v[k][1][lane], block.v[k][2][lane]) - p));
+        if (std::abs(highest - 1e-9) < 1e-12) continue;  // within rounding
+        ASSERT_EQ(rises >> lane & 1u, highest > 1e-9 ? 1u : 0u);
+      }
       for (const FilterLanes lanes : {FilterLanes::kFour, FilterLanes::kEight}) {
         if (lanes > widest) continue;
         PlaneTest planes;
-        PushTest pushed;
         testPlanes(lanes, block, filter, 1e-9, planes);
-        testPush(lanes, block, 0xffu, filter, push, pushed);
         ASSERT_EQ(planes.near, reference.near);
         ASSERT_EQ(planes.behind, reference.behind);
-        ASSERT_EQ(pushed.cleared, reference_push.cleared);
-        ASSERT_EQ(pushed.rises, reference_push.rises);
+        ASSERT_EQ(testPush(lanes, block, 0xffu, filter, push), cleared);
+        ASSERT_EQ(testRise(lanes, block, 0xffu, filter, push), rises);
         for (int lane = 0; lane < CandidateBlock::kWidth; ++lane) {
           ASSERT_EQ(planes.height[lane], reference.height[lane]);
           ASSERT_EQ(planes.half_width_squared[lane], reference.half_width_squared[lane]);

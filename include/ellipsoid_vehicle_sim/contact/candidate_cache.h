@@ -25,6 +25,9 @@ struct alignas(64) CandidateBlock {
   Lane v[3][3];          ///< corners: [corner][axis] [m].
   Lane edge[3][3];       ///< m_k, outward unit normals of the edges in the triangles' planes: [edge][axis].
   Lane size;             ///< longest edge [m].
+
+  /// Copies a lane to all that follow, with empty boxes.
+  void repeatLane(int lane);
 };
 
 /// The triangles around one ellipsoid. The tree is asked with a box fattened by the travel of the next steps; until the

@@ -32,29 +32,29 @@ struct KnownPush {
   double depth;       ///< what a contact has to exceed to be of interest, >= 0 [m].
 };
 
-/// What a known push says of the lanes of a block.
-struct PushTest {
-  /// Proved: the depth of `minimumTranslation` with this lane's triangle is less than `depth` by more than rounding, or
-  /// not above zero. The proof is that of `cannotExceed` (ellipsoid_triangle.h) with a direction of the lane's own: u
-  /// tilted outwards over the edge of the triangle that the lowest point T0 has left. On flat ground this shows every
-  /// triangle but the one below to be shallower, with nothing solved.
-  std::uint32_t cleared;
-  std::uint32_t rises;  ///< some corner is more than a nanometre above the plane through p square to u.
-};
-
 /// Lanes of a register: what the kernels are compiled for.
 enum class FilterLanes { kTwo, kFour, kEight };
 /// The widest that this machine has.
 FilterLanes widestFilterLanes();
 
 void testPlanes(const CandidateBlock& block, const FilterEllipsoid& ellipsoid, double slack, PlaneTest& result);
-/// Only of the lanes in `wanted`; the others' bits are 0.
-void testPush(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
-              const KnownPush& push, PushTest& result);
+/// Of the lanes in `wanted`, those proved to be of no interest: the depth of `minimumTranslation` with such a triangle is
+/// less than `push.depth` by more than rounding, or not above zero. The proof is that of `cannotExceed`
+/// (ellipsoid_triangle.h) with a direction of the lane's own: u tilted outwards over the edge of the triangle that the
+/// lowest point T0 has left. On flat ground this shows every triangle but the one below to be shallower, with nothing
+/// solved.
+std::uint32_t testPush(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
+                       const KnownPush& push);
+/// Of the lanes in `wanted`, those with some corner more than a nanometre above the plane through p square to u. The
+/// push clears all others.
+std::uint32_t testRise(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
+                       const KnownPush& push);
 /// The same by kernels of a given width, to show that all give the same bits; the machine must have it.
 void testPlanes(FilterLanes lanes, const CandidateBlock& block, const FilterEllipsoid& ellipsoid, double slack,
                 PlaneTest& result);
-void testPush(FilterLanes lanes, const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
-              const KnownPush& push, PushTest& result);
+std::uint32_t testPush(FilterLanes lanes, const CandidateBlock& block, std::uint32_t wanted,
+                       const FilterEllipsoid& ellipsoid, const KnownPush& push);
+std::uint32_t testRise(FilterLanes lanes, const CandidateBlock& block, std::uint32_t wanted,
+                       const FilterEllipsoid& ellipsoid, const KnownPush& push);
 
 }  // namespace ellipsoid_vehicle_sim

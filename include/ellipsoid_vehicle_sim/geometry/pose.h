@@ -30,10 +30,18 @@ inline Eigen::Quaterniond quaternionFromRpy(double roll, double pitch, double ya
 
 /// Unit quaternion of the rotation vector r (axis times angle [rad]); exact at zero.
 inline Eigen::Quaterniond quaternionFromRotationVector(const Eigen::Vector3d& r) {
-  const double angle = r.norm();
-  // sin(a/2)/a by its series below the angle at which the quotient starts to lose digits.
-  const double s = angle < 1e-4 ? 0.5 - angle * angle / 48.0 : std::sin(0.5 * angle) / angle;
-  return {std::cos(0.5 * angle), s * r.x(), s * r.y(), s * r.z()};
+  const double a2 = r.squaredNorm();
+  double cosine, s;  // cos(a/2), sin(a/2)/a
+  if (a2 < 0.01) {
+    // The turn of a step: the series' next terms are below rounding.
+    cosine = 1.0 - a2 / 8.0 * (1.0 - a2 / 48.0 * (1.0 - a2 / 120.0 * (1.0 - a2 / 224.0)));
+    s = 0.5 * (1.0 - a2 / 24.0 * (1.0 - a2 / 80.0 * (1.0 - a2 / 168.0 * (1.0 - a2 / 288.0))));
+  } else {
+    const double angle = std::sqrt(a2);
+    cosine = std::cos(0.5 * angle);
+    s = std::sin(0.5 * angle) / angle;
+  }
+  return {cosine, s * r.x(), s * r.y(), s * r.z()};
 }
 
 }  // namespace ellipsoid_vehicle_sim

@@ -97,7 +97,11 @@ class VehicleDynamics {
   void pose(const Motion& x);
   void move(const Motion& x);
   void carryEnds(VehicleState& state, double dt, bool ends_tick) const;
-  Vec3 pointVelocity(const Motion& x, int body, const Vec3& p_OX) const;
+  // Velocity of a point of a body that carries ellipsoids, in W; p_OX from the base's origin, in W.
+  Vec3 pointVelocity(const Motion& x, int body, const Vec3& p_OX) const {
+    const Spatial& v = moving_W_[body];
+    return Vec3::from(x.v_WB) + (v.linear + cross(v.angular, p_OX));
+  }
   void findAll(bool at_remembered_pose);
   void applyContacts(const Motion& x);
   Anchors acceptContacts(const Motion& x, int ellipsoid, const ContactMemory& old, ContactMemory& memory, double dt);
