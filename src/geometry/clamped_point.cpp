@@ -28,7 +28,7 @@ ClampedTarget clampToTriangle(const PlaneContact& plane, const Triangle& triangl
     const Vec3& to = plane.t[l];
     // Measured from the nearer end: along a long edge the other one would cost digits.
     const double length_squared = squaredNorm(e);
-    const double forth = dot(plane.p_ET0 - from, e), back = dot(to - plane.p_ET0, e);
+    const double forth = dot(plane.p_ET0() - from, e), back = dot(to - plane.p_ET0(), e);
     ClampedTarget target;
     if (forth <= 0.0) {
       target = {from, static_cast<Feature>(static_cast<int>(Feature::kVertex0) + k)};
@@ -38,7 +38,7 @@ ClampedTarget clampToTriangle(const PlaneContact& plane, const Triangle& triangl
       target.p_ET = forth <= back ? from + (forth / length_squared) * e : to - (back / length_squared) * e;
       target.feature = static_cast<Feature>(static_cast<int>(Feature::kEdge0) + k);
     }
-    const double distance = squaredNorm(target.p_ET - plane.p_ET0);
+    const double distance = squaredNorm(target.p_ET - plane.p_ET0());
     if (distance < least) {
       least = distance;
       nearest = target;
@@ -63,7 +63,7 @@ TriangleContact clampedPoint(const PosedEllipsoid& ellipsoid, const Triangle& tr
   PlaneContact plane;
   if (!planeContact(ellipsoid, triangle, 0.0, plane)) return {};
   const FaceSides sides = faceSides(plane, triangle);
-  if (sides.isFace()) return {Feature::kFace, plane.d_n, triangle.nhat_W, ellipsoid.p_WE + plane.p_EE0.toEigen()};
+  if (sides.isFace()) return {Feature::kFace, plane.d_n, triangle.nhat_W, ellipsoid.p_WE + plane.p_EE0().toEigen()};
   const ClampedTarget target = clampToTriangle(plane, triangle, sides);
 
   // The secular equation wants its lengths in parts of the largest semi-axis.

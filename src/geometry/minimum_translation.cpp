@@ -64,8 +64,11 @@ class FeatureSearch {
       axes_ = axes, r_ = scale * r, n_ = n;
     }
     inverse_r_ = {1.0 / r_.x, 1.0 / r_.y, 1.0 / r_.z};
+    const double half = 0.5 * r_.z * r_.z;
+    inverse_gap_ = {1.0 / (r_.x * r_.x - half), 1.0 / (r_.y * r_.y - half), 1.0 / half};
     for (int k = 0; k < 3; ++k) t_[k] = scale * toFrame(axes_, plane.t[k]);
     const double size = scale * std::sqrt(sides.size_squared);
+    p_ET0_ = scale * toFrame(axes_, plane.p_ET0());
     d_n_ = scale * plane.d_n;
     floor_ = scale * floor_depth;
     border_ = kBorderTolerance * size;
@@ -98,6 +101,15 @@ class FeatureSearch {
     int corner = -1;
     for (int k = 0; k < 3; ++k) {
       if (outside[k] && outside[(k + 2) % 3]) corner = k;
+    }
+    for (int k = 0; k < 3 && corner < 0; ++k) {
+      if (!outside[k]) continue;
+      // Across one edge, but past its end.
+      const int l = (k + 1) % 3;
+      const Vec3 e = t_[l] - t_[k];
+      const double along = dot(p_ET0_ - t_[k], e);
+      if (along < 0.0) corner = k;
+      if (along > squaredNorm(e)) corner = l;
     }
     if (corner >= 0) {
       searchVertex(corner);
@@ -215,12 +227,12 @@ class FeatureSearch {
 
   void searchVertex(int k) {
     const Vec3& t = t_[k];
-    const double gauge_squared = squaredNorm(times(t, inverse_r_));
+    const double most = limit_ + slack_, far_bound = std::abs(t.z) + r_.z * r_.z;
+    const bool near_possible = !(touches_ && squaredNorm(times(t, inverse_r_)) > 1.0 + kBoundMargin) &&
+                               !(leastVertexDepthSquared(t) > most * most);
+    if (!near_possible && far_bound > most) return;
     const SupportProblem<3> problem{{withoutZero(t.x, n_.x), withoutZero(t.y, n_.y), withoutZero(t.z, n_.z)},
                                     {r_.x, r_.y, r_.z}};
-    const double most = limit_ + slack_;
-    const bool near_possible =
-        !(touches_ && gauge_squared > 1.0 + kBoundMargin) && !(leastDepthSquared(problem) > most * most);
     if (near_possible) {
       // The near minimum is the least over all directions. No other feature's push is shorter: it clears this corner
       // too.
@@ -228,9 +240,14 @@ class FeatureSearch {
       if (taken && std::abs(t.z) > kMirrorTolerance) done_ = true;
       if (done_) return;
     }
-    if (std::abs(t.z) + r_.z * r_.z <= limit_ + slack_) {
+    if (far_bound <= limit_ + slack_) {
       if (const auto u = farMinimum(problem)) offerVertex(k, *u);
     }
+  }
+
+  /// `leastDepthSquared`, with the divisors that all corners share.
+  double leastVertexDepthSquared(const Vec3& t) const {
+    return 0.5 * r_.z * r_.z * (1.0 - dot(times(t, t), inverse_gap_));
   }
 
   bool offerEdge(const EdgeShadow& edge, const ShadowAxes& axes, int k, const std::array<double, 2>& direction) {
@@ -294,7 +311,8 @@ class FeatureSearch {
   Frame3 axes_;
   double size_;  ///< the largest semi-axis [m]; all lengths below are in parts of it.
   Vec3 r_, inverse_r_, n_;
-  Vec3 t_[3];
+  Vec3 inverse_gap_;  ///< 1 / (r^2 - r_z^2 / 2).
+  Vec3 t_[3], p_ET0_;
   double d_n_, floor_, border_, tie_;
   bool horizon_clear_;
 
@@ -313,7 +331,7 @@ TriangleContact minimumTranslation(const PosedEllipsoid& ellipsoid, const Triang
   PlaneContact plane;
   if (!planeContact(ellipsoid, triangle, floor_depth, plane)) return {};
   const FaceSides sides = faceSides(plane, triangle);
-  if (sides.isFace()) return {Feature::kFace, plane.d_n, triangle.nhat_W, ellipsoid.p_WE + plane.p_EE0.toEigen()};
+  if (sides.isFace()) return {Feature::kFace, plane.d_n, triangle.nhat_W, ellipsoid.p_WE + plane.p_EE0().toEigen()};
   FeatureSearch search(plane, triangle, sides, floor_depth);
   if (!search.solve()) return {};
   return search.contact(ellipsoid.p_WE);

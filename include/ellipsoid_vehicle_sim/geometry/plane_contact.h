@@ -18,11 +18,15 @@ struct PlaneContact {
   Vec3 nhat;    ///< n.
   Vec3 radii;   ///< semi-axes [m].
   Vec3 nhat_E;  ///< n along the ellipsoid's axes.
-  Vec3 p_EE0;   ///< E0 - c [m].
-  Vec3 p_ET0;   ///< T0 - c [m], T0 = E0 + d_n n.
+  Vec3 An;      ///< A n [m^2]: E0 - c = -A n / h.
   double s;     ///< n·(c - v), height of the centre over the plane [m].
   double h;     ///< half width of the ellipsoid along n [m].
   double d_n;   ///< h - s, depth of the lowest point E0 below the plane [m].
+
+  /// E0 - c [m].
+  Vec3 p_EE0() const { return (-1.0 / h) * An; }
+  /// T0 - c [m], T0 = E0 + d_n n.
+  Vec3 p_ET0() const { return p_EE0() + d_n * nhat; }
 };
 
 /// Rule 2: false unless the centre is in front of the plane and the lowest point more than floor_depth >= 0 below it;
@@ -49,8 +53,7 @@ inline bool planeContact(const PosedEllipsoid& ellipsoid, const Triangle& triang
 
   plane.h = std::sqrt(h_squared);
   plane.d_n = plane.h - plane.s;
-  plane.p_EE0 = fromFrame(plane.axes, (-1.0 / plane.h) * times(plane.radii, y));
-  plane.p_ET0 = plane.p_EE0 + plane.d_n * plane.nhat;
+  plane.An = fromFrame(plane.axes, times(plane.radii, y));
   return plane.d_n > floor_depth;
 }
 
@@ -75,11 +78,13 @@ inline FaceSides faceSides(const PlaneContact& plane, const Triangle& triangle) 
     // From the corners themselves: two far points seen from the centre would have lost digits.
     const Vec3 e = v[(k + 1) % 3] - v[k];
     length_squared[k] = squaredNorm(e);
-    beyond[k] = dot(cross(e, plane.nhat), plane.p_ET0 - plane.t[k]);
+    const Vec3 m = cross(e, plane.nhat);
+    beyond[k] = -(dot(m, plane.An) + plane.h * dot(m, plane.t[k]));
     sides.size_squared = std::max(sides.size_squared, length_squared[k]);
   }
-  // beyond = |e| m·(T0 - v): squared on both sides, the roots of the edges' lengths are not needed.
-  const double tolerance_squared = kBorderTolerance * kBorderTolerance * sides.size_squared;
+  // beyond = |e| h m·(T0 - v), where m·n = 0 leaves -m·A n / h of T0: squared on both sides, neither roots of the edges'
+  // lengths nor a division are needed.
+  const double tolerance = kBorderTolerance * plane.h, tolerance_squared = tolerance * tolerance * sides.size_squared;
   for (int k = 0; k < 3; ++k) {
     const bool clear = beyond[k] * beyond[k] > tolerance_squared * length_squared[k];
     sides.outside[k] = clear && beyond[k] > 0.0;

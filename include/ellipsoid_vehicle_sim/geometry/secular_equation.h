@@ -77,6 +77,8 @@ std::array<double, N> nearMinimum(const SupportProblem<N>& problem) {
   // 1/sqrt(Q) is concave and grows: Newton's steps on 1/sqrt(Q) = 1 from below never pass the root, and one from above
   // lands below it. Each is followed by the share of its curvature (Chebyshev's third order), where that is small.
   double low = x;
+  // lambda = 0 is the root of a point on the surface: for one just inside it lies near.
+  x = std::max(x, r[k] * r[k]);
   for (int step = 0; step < kMaxSecularSteps; ++step) {
     double q = 0.0, slope = 0.0, curvature = 0.0;
     for (int i = 0; i < N; ++i) {
