@@ -199,6 +199,27 @@ class Evaluation {
     contact.share = 1.0;
   }
 
+  // The near triangle that is looked at first; most others are then proved shallower without being worked out. That of
+  // the last pose, or one the centre stands over.
+  int likeliest() const {
+    const int count = static_cast<int>(near_.size());
+    for (int i = 0; i < count && memory_.count > 0; ++i)
+      if (candidates_[near_[i].candidate].index == memory_.carried[0].triangle) return i;
+    for (int i = 0; i < count; ++i) {
+      const CandidateBlock& block = blocks_[near_[i].candidate / CandidateBlock::kWidth];
+      const int lane = near_[i].candidate % CandidateBlock::kWidth;
+      bool inside = !near_[i].done;
+      for (int k = 0; k < 3 && inside; ++k) {
+        double beyond = 0.0;
+        for (int axis = 0; axis < 3; ++axis)
+          beyond += block.edge[k][axis][lane] * (ellipsoid_.p_WE[axis] - block.v[k][axis][lane]);
+        inside = beyond <= 0.0;
+      }
+      if (inside) return i;
+    }
+    return 0;
+  }
+
   // The deepest contact among the candidates that are not left out.
   Found deepest() {
     TriangleContact best;
@@ -215,11 +236,8 @@ class Evaluation {
       best = contact;
       winner = i;
     };
-    // The triangle of the last pose first: most others are then proved shallower without being worked out.
     const int count = static_cast<int>(near_.size());
-    int warm = 0;
-    for (int i = 0; i < count && memory_.count > 0; ++i)
-      if (candidates_[near_[i].candidate].index == memory_.carried[0].triangle) warm = i;
+    const int warm = likeliest();
     if (count > 0) consider(warm);
     if (bounded && winner >= 0) {
       // The winner is asked no more in this search.

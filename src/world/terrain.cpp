@@ -203,9 +203,26 @@ std::size_t Terrain::memoryBytes() const {
 }
 
 void Terrain::query(const Eigen::AlignedBox3d& box, std::vector<int>& out) const {
+  // Far from the cache's memory all corners are fetched at once, not triangle after triangle.
+  const std::size_t begin = out.size();
   impl_->tree.visit(box, [&](int i, bool certain) {
-    if (certain || impl_->boxMeets(i, box)) out.push_back(i);
+    __builtin_prefetch(&impl_->triangles[static_cast<std::size_t>(i)]);
+    out.push_back(certain ? i : ~i);
   });
+  for (std::size_t k = begin; k < out.size(); ++k) {
+    const int i = out[k] < 0 ? ~out[k] : out[k];
+    for (const std::uint32_t v : impl_->triangles[static_cast<std::size_t>(i)]) __builtin_prefetch(&impl_->vertices[v]);
+  }
+  std::size_t kept = begin;
+  for (std::size_t k = begin; k < out.size(); ++k) {
+    const int i = out[k];
+    if (i >= 0) {
+      out[kept++] = i;
+    } else if (impl_->boxMeets(~i, box)) {
+      out[kept++] = ~i;
+    }
+  }
+  out.resize(kept);
 }
 
 std::vector<HeightHit> Terrain::heights(double x, double y) const {

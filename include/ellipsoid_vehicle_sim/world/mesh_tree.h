@@ -118,6 +118,7 @@ void MeshTree::traverse(const Levels& levels, const CellBox& box, Accept&& accep
       const std::uint32_t below = levels.begin[level - 1] + first;
       forEach(metLanes(node, box).meeting, levels.count[level - 1], [&](std::uint32_t lane) {
         __builtin_prefetch(&nodes_[below + lane]);
+        if (level == 1) __builtin_prefetch(&triangles_[levels.first_triangle + (first + lane) * kWidth]);
         push(level - 1, below + lane);
       });
     }
