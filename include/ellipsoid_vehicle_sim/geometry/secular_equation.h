@@ -77,7 +77,8 @@ std::array<double, N> nearMinimum(const SupportProblem<N>& problem) {
   // 1/sqrt(Q) is concave and grows: Newton's steps on 1/sqrt(Q) = 1 from below never pass the root, and one from above
   // lands below it. Each is followed by the share of its curvature (Chebyshev's third order), where that is small.
   double low = x;
-  // lambda = 0 is the root of a point on the surface: for one just inside it lies near.
+  // lambda = 0 is the root of a point on the surface; that of one just inside is near. Deep inside it tells nothing.
+  constexpr double kDeep = 0.25;
   x = std::max(x, r[k] * r[k]);
   for (int step = 0; step < kMaxSecularSteps; ++step) {
     double q = 0.0, slope = 0.0, curvature = 0.0;
@@ -89,14 +90,18 @@ std::array<double, N> nearMinimum(const SupportProblem<N>& problem) {
       slope += ww * inverse;
       curvature += ww * inverse * inverse;
     }
+    if (step == 0 && q < kDeep) {
+      x = low;
+      continue;
+    }
     const double inverse_slope = 1.0 / slope;
     const double dx = q * (std::sqrt(q) - 1.0) * inverse_slope;
     if (!(std::abs(dx) > kSecularStep * x)) break;
     const double bend = 1.5 * (curvature * inverse_slope - slope / q) * dx;
     if (dx > 0.0) low = x + dx;
-    const double newton = std::max(low, x + dx);
-    const bool is_straight = std::abs(bend) < 0.3;
-    x = is_straight ? newton + bend * dx : newton;
+    const double newton = x + dx;
+    const bool is_straight = std::abs(bend) < 0.3 && newton >= low;
+    x = std::max(low, is_straight ? newton + bend * dx : newton);
     // The next step would be of the order bend^2 dx.
     if (is_straight && bend * bend * std::abs(dx) < 1e-2 * kSecularStep * x) break;
   }
