@@ -136,15 +136,15 @@ void RoleFinder::classifyUpright(int j, const std::vector<const GroundWheel*>& w
     return set(j, JointRole::kSteer, "limits " + limitsText(joint(j)) + ", " + count);
   }
   if (named(j) && off < kTrail) return set(j, JointRole::kSteer, "no limits, named by a <transmission>, " + count);
-  // Where all wheels stand below such joints and none trails, they can only be meant to steer.
-  bool only_swivels = off < kTrail && hints_.transmissions.empty();
+  // Where all wheels stand below such joints, they can only be meant to steer.
+  bool only_swivels = true;
   for (const GroundWheel& wheel : wheels_) {
     bool swivels = false;
     for (int a = above(wheel.joint); a >= 0; a = above(a))
-      swivels |= isRotary(joint(a).type) && upright(a) && standOff(a, wheelsBelow(a)) < kTrail;
+      swivels |= isRotary(joint(a).type) && upright(a) && turnsFully(a);
     only_swivels = only_swivels && swivels;
   }
-  if (only_swivels) return set(j, JointRole::kSteer, "no limits, no trail, and every wheel stands below such a joint");
+  if (only_swivels) return set(j, JointRole::kSteer, "no limits, and every wheel stands below such a joint");
   liftLimits(j);
   set(j, JointRole::kPassive, "no limits, " + count + (heavy || off > kHitch * 3.0 ? ": hitch" : ": caster swivel"));
 }

@@ -46,6 +46,8 @@ constexpr double kStopFrequency = 200.0, kStopDampingRatio = 0.5;
 constexpr double kHoldFrequency = 250.0, kHoldDampingRatio = 0.7;
 // Sag of the wheels of a stiff vehicle with casters, of their radius [-]: what rubber gives.
 constexpr double kCasterSag = 0.02;
+// Height above the wheels' bottoms, of their radius [-], up to which two wheels let the vehicle tip onto its body.
+constexpr double kLeans = 0.3;
 // Inertia below which a coordinate would accelerate without bound [kg m^2, kg].
 constexpr double kNoInertia = 1e-12;
 // A wheel counts as symmetric about its axle when it differs by less than this fraction.
@@ -357,12 +359,33 @@ class Compiler {
            (j.role == JointRole::kPassive && std::abs((restGeometry(model_).X_RB[j.body].q * body.axis_B).z()) < 0.7);
   }
 
+  // Whether a vehicle on fewer than three wheels leans on this ellipsoid, which is none of them.
+  bool leansOn(std::size_t ellipsoid) const {
+    const auto& wheels = model_.drive.wheels;
+    if (wheels.empty() || wheels.size() > 2 || groundWheel(static_cast<int>(ellipsoid))) return false;
+    double bottom = 1e300, radius = 1e300;
+    for (const WheelUnit& wheel : wheels) {
+      bottom = std::min(bottom, wheel.p_FW.z() - wheel.radius);
+      radius = std::min(radius, wheel.radius);
+    }
+    const ModelEllipsoid& e = model_.ellipsoids[ellipsoid];
+    const Pose X_RE = restGeometry(model_).X_RB[e.body] * e.X_BE;
+    const double low = X_RE.p.z() - (X_RE.q.toRotationMatrix() * e.radii.asDiagonal()).row(2).norm();
+    return low < bottom + kLeans * radius;
+  }
+
+  int leanedOn() const {
+    int count = 0;
+    for (std::size_t i = 0; i < model_.ellipsoids.size(); ++i) count += leansOn(i) ? 1 : 0;
+    return count;
+  }
+
   // Without suspension a stiff vehicle would stand on three wheels: the sag must be twice the spread of the bottoms. And
   // one that trails casters would lift its driven wheels off every hollow, where a real one's tyres give.
   double stiffnessThatSags() const {
     const auto& wheels = model_.drive.wheels;
     const auto& joints = model_.dynamic_joints;
-    if (wheels.size() < 3 || std::any_of(joints.begin(), joints.end(), [this](const auto& j) { return levelsOut(j); }))
+    if (wheels.empty() || std::any_of(joints.begin(), joints.end(), [this](const auto& j) { return levelsOut(j); }))
       return kSeedStiffness;
     double low = 1e300, high = -1e300, radius = 1e300;
     bool casters = false;
@@ -372,8 +395,13 @@ class Compiler {
       radius = std::min(radius, wheel.radius);
       casters = casters || (!wheel.driven && !wheel.braked);
     }
-    const double sag = std::max(2.0 * (high - low), casters && wheels.size() > 3 ? kCasterSag * radius : 0.0);
-    const double load = model_.mass * std::max(config_.gravity, 1.0) / static_cast<double>(wheels.size());
+    // Two wheels and what the vehicle leans on: that is less than a caster, and must not let it rock back on slopes.
+    const int leans = wheels.size() < 3 ? leanedOn() : 0;
+    if (wheels.size() < 3 && leans == 0) return kSeedStiffness;
+    const bool many = (casters && wheels.size() > 3) || leans > 1;
+    const double spread = wheels.size() < 3 ? 0.0 : 2.0 * (high - low);
+    const double sag = std::max(spread, many ? (leans > 1 ? 0.5 : 1.0) * kCasterSag * radius : 0.0);
+    const double load = model_.mass * std::max(config_.gravity, 1.0) / static_cast<double>(wheels.size() + leans);
     return sag > 0.0 ? load / sag : kSeedStiffness;
   }
 
@@ -386,7 +414,7 @@ class Compiler {
       const ContactMasses masses = contactMasses(tree, ellipsoid, wheel);
       ellipsoid.normal_mass = masses.normal;
       ellipsoid.tangential_mass = masses.tangential;
-      ellipsoid.law = contactLaw(ellipsoid, wheel, masses, wheel ? wheel_cap : cap, config_, model_.report);
+      ellipsoid.law = contactLaw(ellipsoid, wheel, masses, wheel || leansOn(i) ? wheel_cap : cap, config_, model_.report);
       const double h = ellipsoid.radii.minCoeff();
       // Head-on with the whole mass behind it, and never more than its half width in one step. A step's delay lets it sink
       // deeper than v / omega: over all phases of the touch and damping ratios by up to 1.09 (measured), and to twice that

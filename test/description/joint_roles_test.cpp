@@ -400,7 +400,7 @@ TEST(JointRoles, ASlideCalledALiftHoldsEvenWithRollersBelow) {
   EXPECT_EQ(roleOf(with("strut"), "strut_joint"), JointRole::kSuspension);
 }
 
-TEST(JointRoles, SwivelsWithoutTrailSteerWhereNothingElseCould) {
+TEST(JointRoles, SwivelsSteerWhereNothingElseCould) {
   const auto modules = [](const std::string& trail) {
     std::string text = baseText();
     for (const auto& [name, at] : {std::pair{"a", "0.2 0.2 0"}, {"b", "0.2 -0.2 0"}, {"c", "-0.2 0.2 0"}, {"d", "-0.2 -0.2 0"}})
@@ -408,7 +408,7 @@ TEST(JointRoles, SwivelsWithoutTrailSteerWhereNothingElseCould) {
     return loadText(text);
   };
   EXPECT_EQ(roleOf(modules("0 0 0"), "a_knuckle_joint"), JointRole::kSteer);
-  EXPECT_EQ(roleOf(modules("-0.05 0 0"), "a_knuckle_joint"), JointRole::kPassive);
+  EXPECT_EQ(roleOf(modules("-0.05 0 0"), "a_knuckle_joint"), JointRole::kSteer);
 }
 
 // --- The table ------------------------------------------------------------------------------------------------------

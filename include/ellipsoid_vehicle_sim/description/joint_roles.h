@@ -27,7 +27,7 @@
 //   steer          turns within limits about an axis within 30 degrees of vertical, with wheels below it that stand within
 //                  two radii of the axis; farther away, or with a third of the mass, it is a hitch: passive. Without
 //                  limits it is a caster's swivel: passive, its wheels free, unless the wheels have no trail and a
-//                  <transmission> names it, or no file says so and every wheel stands below such a joint
+//                  <transmission> names it, or every wheel stands below such a joint: nothing else could steer then
 //   suspension     slides along an axis within 30 degrees of vertical, with wheels below it and not called a lift, fork,
 //                  mast or elevator; or any joint that carries wheels without steering them and has a spring in the file
 //   passive        turns about any other axis with wheels below it: rocker, bogie, pivoting axle
