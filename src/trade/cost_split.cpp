@@ -102,6 +102,7 @@ std::vector<CostSplit> splitCost(const LoadedScene& loaded, double budget) {
     setting.dt = kStep;
     SimConfig config = configAt(loaded.scene, setting);
     config.allow_unstable = true;
+    config.rest_detection = false;  // a tick at rest has no parts
     Loaded<Simulator> started = startScene(loaded, config);
     if (!started) continue;
     Simulator& simulator = *started.value;

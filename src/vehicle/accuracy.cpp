@@ -18,12 +18,15 @@ const AccuracyPoint kCurves[] = {
 #include "accuracy_curves.inc"
 };
 
-// The largest of 1, 2, 5 times a power of ten that is not above the step; rounding may not cost a whole grade.
+// The largest of 1, 2, 2.5, 4, 5 (below a millisecond 8, too) times a power of ten that is not above the step: all divide
+// the 20 ms that state is published in.
 double roundStep(double step) {
   double best = kShortestStep;
   for (double decade = kShortestStep; decade < 0.1; decade *= 10.0)
-    for (const double mantissa : {1.0, 2.0, 5.0})
-      if (mantissa * decade <= step * (1.0 + 1e-9)) best = mantissa * decade;
+    for (const double mantissa : {1.0, 2.0, 2.5, 4.0, 5.0, 8.0}) {
+      if (mantissa == 8.0 && decade > 0.5e-3) continue;
+      if (mantissa * decade <= step * (1.0 + 1e-9)) best = std::max(best, mantissa * decade);
+    }
   // Without the products' last digits.
   char text[32];
   std::snprintf(text, sizeof text, "%.3g", best);

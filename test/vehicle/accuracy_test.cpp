@@ -41,6 +41,7 @@ TEST(Accuracy, TakesTheCheapestThatHoldsTheTarget) {
 TEST(Accuracy, KeepsATenthOfTheCertificateInHand) {
   const AccuracyChoice choice = chooseAccuracy(1e-2, true, certificateOf(100.0, 3e-3), kCurves);
   EXPECT_LE(choice.dt, 0.9 * 3e-3);
+  EXPECT_GE(choice.dt, 2e-3);
   EXPECT_NE(choice.reason.find("stability certificate"), std::string::npos) << choice.reason;
 }
 

@@ -35,7 +35,7 @@ struct AccuracyChoice {
 };
 
 /// The cheapest setting whose curve stays below the target, at a step that the certificate holds with a tenth to spare;
-/// steps are 1, 2 or 5 times a power of ten, up to 20 ms.
+/// steps divide 20 ms.
 AccuracyChoice chooseAccuracy(double target, bool driven, const StabilityCertificate& certificate,
                               const std::vector<AccuracyPoint>& curves);
 
