@@ -84,7 +84,7 @@ target_include_directories(${PROJECT_NAME}_scene PRIVATE ${PROJECT_BINARY_DIR}/b
 target_link_libraries(${PROJECT_NAME}_scene PUBLIC ${PROJECT_NAME}_description PRIVATE yaml_cpp_library OpenSSL::Crypto)
 
 # Programs that need no ROS master: rosrun finds them where the node is.
-foreach(program IN ITEMS description/urdf_doctor scene/headless scene/vehicle_trial trade/trade_off)
+foreach(program IN ITEMS description/urdf_doctor scene/headless scene/vehicle_trial trade/trade_off trade/extremes)
   set(main src/${program}_main.cpp)
   get_filename_component(program ${program} NAME)
   add_executable(${PROJECT_NAME}_${program} ${main})

@@ -1,0 +1,63 @@
+// The extremes: in every cell a passive motion, a refusal at load or a stop at run time, each with its cause.
+#include "ellipsoid_vehicle_sim/trade/extremes.h"
+
+#include <gtest/gtest.h>
+
+namespace ellipsoid_vehicle_sim {
+namespace {
+
+class Extremes : public testing::TestWithParam<int> {};
+
+// Ticks that a debugging user tries: the finest, the default's neighbours, the coarsest.
+constexpr double kTicks[] = {1e-6, 1e-4, 1e-3, 1e-2, 0.1};
+
+TEST_P(Extremes, NeverGainsEnergyUnmarked) {
+  const ExtremeAxis& axis = extremeAxes()[static_cast<std::size_t>(GetParam())];
+  int moved = 0;
+  for (const double value : axis.values)
+    for (int k = 0; k < kIntegratorCount; ++k)
+      for (const double dt : kTicks) {
+        const ExtremeCell cell{axis.name, value, static_cast<IntegratorKind>(k), dt};
+        const ExtremeResult result = runExtreme(cell, 400);
+        EXPECT_NE(result.outcome, ExtremeOutcome::kGained)
+            << axis.name << " " << value << ", " << toString(cell.integrator) << " at " << dt << " s: " << result.gain;
+        if (result.outcome == ExtremeOutcome::kPassive) {
+          ++moved;
+        } else {
+          EXPECT_FALSE(result.cause.empty());
+        }
+        // Only what the certificate cannot hold is refused for its step.
+        if (result.outcome == ExtremeOutcome::kRefused && result.cause.find("'dt'") != std::string::npos) {
+          EXPECT_LT(result.predicted, 1.0);
+        }
+      }
+  // A map of refusals alone would be no map.
+  EXPECT_GT(moved, 0) << axis.name;
+}
+
+// The other axes take the program `extremes` minutes each: stiff vehicles are long in being set down.
+INSTANTIATE_TEST_SUITE_P(Axes, Extremes, testing::Values(0), [](const auto& sheet) {
+  return extremeAxes()[static_cast<std::size_t>(sheet.param)].name;
+});
+
+TEST(ExtremesMap, HasEveryAxisFromEndToEnd) {
+  ASSERT_EQ(extremeAxes().size(), 12u);
+  const auto spans = [](const std::string& name, double from, double to) {
+    for (const ExtremeAxis& axis : extremeAxes())
+      if (axis.name == name) {
+        EXPECT_NEAR(axis.values.front(), from, 1e-9 * from) << name;
+        EXPECT_NEAR(axis.values.back(), to, 1e-9 * to) << name;
+        return;
+      }
+    ADD_FAILURE() << "no axis " << name;
+  };
+  spans("mass", 1e-2, 1e5);
+  spans("wheel_inertia", 1e-9, 1e3);
+  spans("stiffness", 1e3, 1e10);
+  spans("damping_ratio", 0.0, 10.0);
+  spans("thinness", 1e-4, 1e4);
+  spans("triangle", 1e-4, 1e4);
+}
+
+}  // namespace
+}  // namespace ellipsoid_vehicle_sim
