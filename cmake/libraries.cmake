@@ -24,6 +24,9 @@ function(set_up_library name)
   target_include_directories(${name} PUBLIC
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
   target_link_libraries(${name} PRIVATE $<BUILD_INTERFACE:ellipsoid_vehicle_sim_warnings>)
+  # Read once for each library, not once for each of its files.
+  target_precompile_headers(${name} PRIVATE
+    <Eigen/Core> <Eigen/Geometry> <algorithm> <cmath> <functional> <memory> <optional> <string> <vector>)
   set_target_properties(${name} PROPERTIES
     LIBRARY_OUTPUT_DIRECTORY ${devel_prefix}/lib
     INSTALL_RPATH "$ORIGIN")
@@ -50,9 +53,11 @@ target_link_libraries(${PROJECT_NAME}_core PUBLIC Eigen3::Eigen PRIVATE assimp::
 # result; they let the compiler choose without branches and take roots side by side.
 target_compile_options(${PROJECT_NAME}_core PRIVATE -ffp-contract=off -fno-math-errno -fno-trapping-math)
 # The lanes of its vectors are passed in memory only: the note on their calling convention is beside the point.
-set_source_files_properties(src/contact/candidate_filter.cpp PROPERTIES COMPILE_OPTIONS -Wno-psabi)
+set_source_files_properties(src/contact/candidate_filter.cpp PROPERTIES
+  COMPILE_OPTIONS -Wno-psabi SKIP_PRECOMPILE_HEADERS ON)
 # Pairs made of a 3-vector's parts cost more shuffles than they save: a near miss takes 14 ns without them, 16 with.
-set_source_files_properties(src/geometry/minimum_translation.cpp PROPERTIES COMPILE_OPTIONS -fno-tree-slp-vectorize)
+set_source_files_properties(src/geometry/minimum_translation.cpp PROPERTIES
+  COMPILE_OPTIONS -fno-tree-slp-vectorize SKIP_PRECOMPILE_HEADERS ON)
 set_target_properties(${PROJECT_NAME}_core PROPERTIES EXPORT_NAME core)
 add_library(${PROJECT_NAME}::core ALIAS ${PROJECT_NAME}_core)
 
