@@ -175,7 +175,7 @@ double energyBound(IntegratorKind integrator) {
     case IntegratorKind::kRk4: return 1.0;
     case IntegratorKind::kRk4Events: return 0.05;
     case IntegratorKind::kDormandPrince: return 0.05;
-    case IntegratorKind::kLinearlyImplicit: return 0.5;
+    case IntegratorKind::kLinearlyImplicit: return 0.05;
   }
   return 0.0;
 }
