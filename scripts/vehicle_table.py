@@ -50,8 +50,12 @@ def parse(words):
 def files_below(path, wanted):
     if os.path.isfile(path):
         return [os.path.abspath(path)]
-    found = []
-    for folder, folders, names in os.walk(path):
+    found, seen = [], set()
+    for folder, folders, names in os.walk(path, followlinks=True):
+        if os.path.realpath(folder) in seen:  # a link back, or a second one to the same folder
+            folders[:] = []
+            continue
+        seen.add(os.path.realpath(folder))
         folders[:] = sorted(name for name in folders if not name.startswith("."))
         found += [os.path.abspath(os.path.join(folder, name)) for name in sorted(names) if wanted(folder, name)]
     return found
