@@ -13,6 +13,9 @@ namespace ellipsoid_vehicle_sim {
 namespace {
 
 PeerRun runOde(const BodyScene& scene, double dt) {
+  // One run at a time: all worlds share one pool of jobs, which two threads at once break.
+  static std::mutex running;
+  const std::lock_guard<std::mutex> alone(running);
   static std::once_flag started;
   std::call_once(started, [] { dInitODE2(0); });
   dAllocateODEDataForThread(dAllocateMaskAll);
