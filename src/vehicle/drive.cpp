@@ -84,6 +84,7 @@ void applyWheelCommands(const DriveModel& drive, const SimConfig& config, DriveS
       mode = command.value == 0.0 && command.effort == 0.0 ? OwnMode::kBrake : OwnMode::kVelocity;
       const double fastest = config.max_speed / drive.wheels[i].radius;
       d.wheel_speed[i] = std::clamp(command.value, -fastest, fastest);
+      d.wheel_acceleration[i] = 0.0;
     }
     d.own_mode[i] = mode;
   }
@@ -97,13 +98,38 @@ double rollingSpeed(const WheelUnit& wheel, double reference_x, double speed, do
   return angle == 0.0 ? vx : vx * std::cos(angle) + vy * std::sin(angle);
 }
 
-double steerAngle(const VehicleModel& model, const VehicleState& state, int steer) {
-  if (steer < 0) return 0.0;
-  const SteerUnit& unit = model.drive.steers[steer];
-  return unit.sign * state.profiles[unit.prescribed].position;
+// Where a joint on a path will be `ahead` seconds from now, within the tick.
+double positionOf(const ProfileState& profile, double ahead) {
+  return profile.position + ahead * (profile.velocity + 0.5 * ahead * profile.acceleration);
 }
 
-// Integrals of the wheels' servos; none while a torque is at its limit.
+double steerAngle(const VehicleModel& model, const VehicleState& state, int steer, double ahead) {
+  if (steer < 0) return 0.0;
+  const SteerUnit& unit = model.drive.steers[steer];
+  return unit.sign * positionOf(state.profiles[unit.prescribed], ahead);
+}
+
+// What is asked of every wheel at the end of the tick, for the vehicle's speed and turn and the steering as they are then.
+void aimWheels(const VehicleModel& model, const SimConfig& config, VehicleState& state) {
+  const DriveModel& drive = model.drive;
+  DriveState& d = state.drive;
+  const bool ackermann = drive.layout == DriveLayout::kAckermann;
+  const double turning = ackermann ? d.speed * actualCurvature(model, state, config.dt) : d.yaw_rate;
+  for (std::size_t i = 0; i < drive.wheels.size(); ++i) {
+    const WheelUnit& wheel = drive.wheels[i];
+    const double angle = steerAngle(model, state, wheel.steer, config.dt);
+    const double ground = rollingSpeed(wheel, drive.reference_x, d.speed, turning, angle);
+    const double target = wheel.forward_sign * ground / wheel.radius;
+    if (d.mode == DriveState::Mode::kDrive) {
+      d.wheel_acceleration[i] = (target - d.wheel_speed[i]) / config.dt;
+    } else {
+      d.wheel_speed[i] = target;
+      d.wheel_acceleration[i] = 0.0;
+    }
+  }
+}
+
+// With what gain the integrals of the wheels' servos grow; not at all while a torque is at its limit.
 void updateIntegrals(const DriveModel& drive, const SimConfig& config, VehicleState& state) {
   DriveState& d = state.drive;
   const auto errorOf = [&](std::size_t i) { return d.wheel_speed[i] - state.motion.qd[drive.wheels[i].joint]; };
@@ -120,15 +146,16 @@ void updateIntegrals(const DriveModel& drive, const SimConfig& config, VehicleSt
     const WheelUnit& wheel = drive.wheels[i];
     const OwnMode own = d.own_mode[i];
     if (!wheel.driven || wheel.joint < 0 || drive.integral_gain <= 0.0) continue;
+    d.angle[i] = state.motion.q[wheel.joint];
     if (own != OwnMode::kVelocity && (own != OwnMode::kNone || d.mode != DriveState::Mode::kDrive)) {
-      d.integral[i] = 0.0;
+      d.integral[i] = d.integral_gain[i] = 0.0;
       continue;
     }
     const bool alone = own == OwnMode::kVelocity || !shared;
     const double error = alone ? errorOf(i) : wheel.forward_sign * mean_error / driven;
     const double added = own == OwnMode::kVelocity ? d.wheel_command[i].effort : 0.0;
-    if (std::abs(drive.speed_gain * error + d.integral[i] + added) < wheel.max_torque)
-      d.integral[i] += drive.integral_gain * error * config.dt;
+    const bool within = std::abs(drive.speed_gain * error + d.integral[i] + added) < wheel.max_torque;
+    d.integral_gain[i] = within ? drive.integral_gain : 0.0;
   }
 }
 
@@ -156,15 +183,15 @@ double speedLimit(const PrescribedJoint& joint, const JointCommand& command) {
 
 }  // namespace
 
-double actualCurvature(const VehicleModel& model, const VehicleState& state) {
+double actualCurvature(const VehicleModel& model, const VehicleState& state, double ahead) {
   // Each steered wheel tells a curvature, tan(angle) = kappa x / (1 - kappa y); their mean is the vehicle's.
   double sum = 0.0;
   int count = 0;
   for (const SteerUnit& steer : model.drive.steers) {
-    const double t = std::tan(steer.sign * state.profiles[steer.prescribed].position);
-    const double ahead = steer.p_FS.x() - model.drive.reference_x;
-    if (std::abs(ahead) < 1e-9) continue;
-    sum += t / (ahead + t * steer.p_FS.y());
+    const double t = std::tan(steer.sign * positionOf(state.profiles[steer.prescribed], ahead));
+    const double lever = steer.p_FS.x() - model.drive.reference_x;
+    if (std::abs(lever) < 1e-9) continue;
+    sum += t / (lever + t * steer.p_FS.y());
     ++count;
   }
   return count > 0 ? sum / count : 0.0;
@@ -259,16 +286,6 @@ void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleStat
     d.acceleration = 0.0;
   }
 
-  const double turning = drive.layout == DriveLayout::kAckermann ? d.speed * actual : d.yaw_rate;
-  for (std::size_t i = 0; i < drive.wheels.size(); ++i) {
-    const WheelUnit& wheel = drive.wheels[i];
-    const double angle = steerAngle(model, state, wheel.steer);
-    const double ground = rollingSpeed(wheel, drive.reference_x, d.speed, turning, angle);
-    d.wheel_speed[i] = wheel.forward_sign * ground / wheel.radius;
-  }
-  applyWheelCommands(drive, config, d, timed_out);
-  updateIntegrals(drive, config, state);
-
   for (std::size_t p = 0; p < model.prescribed_joints.size(); ++p) {
     const PrescribedJoint& joint = model.prescribed_joints[p];
     ProfileState& profile = state.profiles[p];
@@ -281,6 +298,9 @@ void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleStat
   }
 
   followLeaders(model, state);
+  aimWheels(model, config, state);
+  applyWheelCommands(drive, config, d, timed_out);
+  updateIntegrals(drive, config, state);
 
   // Treads have no mass: a driven one runs at the speed asked for, a braked one slows down within the limit.
   for (std::size_t i = 0; i < drive.wheels.size(); ++i) {
@@ -292,7 +312,7 @@ void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleStat
     double target = 0.0;
     const OwnMode own = d.own(static_cast<int>(i));
     if (own == OwnMode::kVelocity || (own == OwnMode::kNone && d.mode == DriveState::Mode::kDrive && wheel.driven)) {
-      target = d.wheel_speed[i];
+      target = d.wheel_speed[i] + config.dt * d.wheel_acceleration[i];
     } else if ((own == OwnMode::kNone && d.mode != DriveState::Mode::kBrake) || !wheel.braked) {
       continue;
     }
@@ -302,26 +322,81 @@ void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleStat
   }
 }
 
-void driveTorques(const VehicleModel& model, const SimConfig& config, const DriveState& drive_state,
-                  const std::vector<double>& qd, std::vector<double>& torque) {
+namespace {
+
+// Whether a wheel follows what the vehicle as a whole is asked for.
+bool follows(const WheelUnit& wheel, const DriveState& d) {
+  return d.mode == DriveState::Mode::kDrive && wheel.driven && wheel.joint >= 0 && d.own(wheel.unit) == OwnMode::kNone;
+}
+
+// The wheels' servos some time after the moment of the state: what is asked, and what they have been behind since.
+class Servos {
+ public:
+  Servos(const DriveModel& drive, const DriveState& d, double elapsed, const std::vector<double>& q)
+      : d_(d), elapsed_(elapsed), q_(q) {
+    shared = drive.layout == DriveLayout::kAckermann && drive.differential != Differential::kPerWheel;
+    if (!shared) return;
+    int driven = 0;
+    for (std::size_t i = 0; i < drive.wheels.size(); ++i) {
+      const WheelUnit& wheel = drive.wheels[i];
+      if (!follows(wheel, d)) continue;
+      mean_behind_ += wheel.forward_sign * behind(i, wheel);
+      ++driven;
+    }
+    mean_behind_ /= std::max(driven, 1);
+  }
+
+  double asked(std::size_t i) const { return d_.wheel_speed[i] + elapsed_ * d_.wheel_acceleration[i]; }
+  double integral(std::size_t i, const WheelUnit& wheel) const {
+    if (d_.integral_gain[i] == 0.0) return d_.integral[i];
+    const bool together = shared && follows(wheel, d_);
+    return d_.integral[i] + d_.integral_gain[i] * (together ? wheel.forward_sign * mean_behind_ : behind(i, wheel));
+  }
+
+  bool shared = false;  // an open differential: one servo for all driven wheels
+
+ private:
+  // [rad]
+  double behind(std::size_t i, const WheelUnit& wheel) const {
+    const double way = elapsed_ * (d_.wheel_speed[i] + 0.5 * elapsed_ * d_.wheel_acceleration[i]);
+    return way - (q_[wheel.joint] - d_.angle[i]);
+  }
+
+  const DriveState& d_;
+  double elapsed_;
+  const std::vector<double>& q_;
+  double mean_behind_ = 0.0;
+};
+
+}  // namespace
+
+void carryDrive(const VehicleModel& model, double dt, const std::vector<double>& q, bool ends_tick, DriveState& d) {
+  const std::vector<WheelUnit>& wheels = model.drive.wheels;
+  const Servos servos(model.drive, d, dt, q);
+  for (std::size_t i = 0; i < wheels.size(); ++i) d.integral[i] = servos.integral(i, wheels[i]);
+  for (std::size_t i = 0; i < wheels.size(); ++i) {
+    d.wheel_speed[i] += dt * d.wheel_acceleration[i];
+    if (wheels[i].joint >= 0) d.angle[i] = q[wheels[i].joint];
+    if (ends_tick) d.wheel_acceleration[i] = d.integral_gain[i] = 0.0;
+  }
+}
+
+void driveTorques(const VehicleModel& model, const SimConfig& config, const DriveState& drive_state, double elapsed,
+                  const std::vector<double>& q, const std::vector<double>& qd, std::vector<double>& torque) {
   const DriveModel& drive = model.drive;
   std::fill(torque.begin(), torque.end(), 0.0);
   const bool body = drive_state.mode == DriveState::Mode::kDrive;
   const auto is_own = [](OwnMode mode) { return mode != OwnMode::kNone; };
   if (!body && std::none_of(drive_state.own_mode.begin(), drive_state.own_mode.end(), is_own)) return;
-  // Whether the wheel follows what the vehicle as a whole is asked for.
-  const auto follows = [&](const WheelUnit& wheel) {
-    return body && wheel.driven && wheel.joint >= 0 && drive_state.own(wheel.unit) == OwnMode::kNone;
-  };
-
-  const bool shared = drive.layout == DriveLayout::kAckermann && drive.differential != Differential::kPerWheel;
+  const Servos servos(drive, drive_state, elapsed, q);
+  const bool shared = servos.shared;
   double mean_error = 0.0, mean_speed = 0.0;
   int driven = 0;
   if (shared) {
     for (std::size_t i = 0; i < drive.wheels.size(); ++i) {
       const WheelUnit& wheel = drive.wheels[i];
-      if (!follows(wheel)) continue;
-      mean_error += wheel.forward_sign * (drive_state.wheel_speed[i] - qd[wheel.joint]);
+      if (!follows(wheel, drive_state)) continue;
+      mean_error += wheel.forward_sign * (servos.asked(i) - qd[wheel.joint]);
       mean_speed += wheel.forward_sign * qd[wheel.joint];
       ++driven;
     }
@@ -333,12 +408,12 @@ void driveTorques(const VehicleModel& model, const SimConfig& config, const Driv
   for (std::size_t i = 0; i < drive.wheels.size(); ++i) {
     const WheelUnit& wheel = drive.wheels[i];
     const OwnMode own = drive_state.own(wheel.unit);
-    if (follows(wheel)) {
+    if (follows(wheel, drive_state)) {
       // An open differential gives every wheel the same torque, whatever its speed.
-      const double error = shared ? wheel.forward_sign * mean_error : drive_state.wheel_speed[i] - qd[wheel.joint];
-      torque[i] = drive.speed_gain * error + drive_state.integral[i];
+      const double error = shared ? wheel.forward_sign * mean_error : servos.asked(i) - qd[wheel.joint];
+      torque[i] = drive.speed_gain * error + servos.integral(i, wheel);
     } else if (own == OwnMode::kVelocity && wheel.joint >= 0) {
-      torque[i] = drive.speed_gain * (drive_state.wheel_speed[i] - qd[wheel.joint]) + drive_state.integral[i] +
+      torque[i] = drive.speed_gain * (servos.asked(i) - qd[wheel.joint]) + servos.integral(i, wheel) +
                   drive_state.wheel_command[i].effort;
     } else if (own == OwnMode::kEffort) {
       torque[i] = drive_state.wheel_command[i].value;
@@ -353,7 +428,7 @@ void driveTorques(const VehicleModel& model, const SimConfig& config, const Driv
   if (shared && drive.differential == Differential::kLocked)
     for (std::size_t i = 0; i < drive.wheels.size(); ++i) {
       const WheelUnit& wheel = drive.wheels[i];
-      if (follows(wheel))
+      if (follows(wheel, drive_state))
         torque[i] += drive.lock_gain * (wheel.forward_sign * mean_speed - qd[wheel.joint]);
     }
 }

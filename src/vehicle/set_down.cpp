@@ -195,8 +195,9 @@ VehicleState restState(const VehicleModel& model, const VehicleDynamics& dynamic
   }
   followLeaders(model, state);
   state.treads.assign(model.treads.size(), TreadState{});
-  state.drive.wheel_speed.assign(model.drive.wheels.size(), 0.0);
-  state.drive.integral.assign(model.drive.wheels.size(), 0.0);
+  DriveState& d = state.drive;
+  for (auto* values : {&d.wheel_speed, &d.wheel_acceleration, &d.integral, &d.integral_gain, &d.angle})
+    values->assign(model.drive.wheels.size(), 0.0);
   state.drive.own_mode.assign(model.drive.wheels.size(), OwnMode::kNone);
   state.drive.wheel_command.assign(model.drive.wheels.size(), JointCommand{});
   state.drive.profile_command.assign(model.prescribed_joints.size(), JointCommand{});

@@ -12,7 +12,7 @@ namespace ellipsoid_vehicle_sim {
 namespace {
 
 constexpr const char* kMark = "ellipsoid_vehicle_sim state";
-constexpr std::uint64_t kVersion = 2;
+constexpr std::uint64_t kVersion = 3;
 
 /// What a snapshot belongs to.
 struct Identity {

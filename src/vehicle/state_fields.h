@@ -83,7 +83,10 @@ void visitFields(State& state, Field& field) {
   field(drive.speed);
   field(drive.yaw_rate);
   numbers(drive.wheel_speed);
+  numbers(drive.wheel_acceleration);
   numbers(drive.integral);
+  numbers(drive.integral_gain);
+  numbers(drive.angle);
   field(drive.steering);
   field(drive.acceleration);
   numbers(drive.own_mode);

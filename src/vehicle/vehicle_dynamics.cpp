@@ -262,7 +262,7 @@ void VehicleDynamics::applyContacts(const Motion& x) {
 }
 
 void VehicleDynamics::jointForces(const Motion& x, MotionRate& k, bool rates_only) {
-  if (!rates_only) driveTorques(model_, config_, frozen_->drive, x.qd, motor_torque_);
+  if (!rates_only) driveTorques(model_, config_, frozen_->drive, fraction_ * dt_, x.q, x.qd, motor_torque_);
   for (std::size_t j = 0; j < model_.dynamic_joints.size(); ++j) {
     const DynamicJoint& joint = model_.dynamic_joints[j];
     k.q[j] = x.qd[j];
@@ -363,7 +363,7 @@ void VehicleDynamics::combine(MotionRate (&k)[4]) const {
       mix(k[0].anchor[i][j], k[1].anchor[i][j], k[2].anchor[i][j], k[3].anchor[i][j]);
 }
 
-// The paths of the tick end exactly where their formula says.
+// The paths of the tick, and what is asked of wheels, end exactly where their formula says.
 void VehicleDynamics::carryEnds(VehicleState& state, double dt, bool ends_tick) const {
   for (ProfileState& p : state.profiles) {
     p.position += dt * (p.velocity + 0.5 * dt * p.acceleration);
@@ -375,6 +375,7 @@ void VehicleDynamics::carryEnds(VehicleState& state, double dt, bool ends_tick) 
     tread.speed += dt * tread.acceleration;
     if (ends_tick) tread.acceleration = 0.0;
   }
+  carryDrive(model_, dt, state.motion.q, ends_tick, state.drive);
 }
 
 // Anchors move to the new contacts, turned with the normal, and shortened to what the cone carries there.

@@ -10,13 +10,20 @@
 namespace ellipsoid_vehicle_sim {
 
 /// From the command in force to targets of wheels, treads and steering for the coming tick: timeout, speed and acceleration
-/// limits, steering geometry, servo integrals. A joint with a command of its own that is not too old obeys that; the others
-/// obey the vehicle's. `timed_out` is set in the tick in which a command becomes too old.
+/// limits, steering geometry, servo integrals. Speeds asked of wheels run linearly through the tick, as a ramp does: a stair
+/// of ticks would be ahead of it by half a tick, and every method of first order in dt. A joint with a command of its own
+/// that is not too old obeys that; the others obey the vehicle's. `timed_out` is set in the tick in which a command becomes
+/// too old.
 void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleState& state, bool& timed_out);
 
-/// Motor torques of the wheel units for joint speeds qd: pure, so every stage of a step may ask. [N m], sign of the joint.
-void driveTorques(const VehicleModel& model, const SimConfig& config, const DriveState& drive,
-                  const std::vector<double>& qd, std::vector<double>& torque);
+/// Motor torques of the wheel units for joint angles q and speeds qd, `elapsed` seconds after the moment of `drive`: pure, so
+/// every stage of a step may ask. [N m], sign of the joint. The servos' integral of the speed's error is that of the angle:
+/// no rule of summation comes between it and the step's own order.
+void driveTorques(const VehicleModel& model, const SimConfig& config, const DriveState& drive, double elapsed,
+                  const std::vector<double>& q, const std::vector<double>& qd, std::vector<double>& torque);
+
+/// Takes targets and integrals of the servos on over a step of dt, at whose end the joints are at q.
+void carryDrive(const VehicleModel& model, double dt, const std::vector<double>& q, bool ends_tick, DriveState& drive);
 
 /// Brake torque available at a wheel unit now [N m].
 double brakeTorque(const WheelUnit& wheel, const DriveState& drive);
@@ -38,7 +45,8 @@ Problems takeJointRequests(const VehicleModel& model, const std::vector<JointReq
 /// back is always open.
 bool effortExceeded(const PrescribedJoint& joint, const ProfileState& profile);
 
-/// Curvature of the path of the drive's reference point for the steering as it stands [1/m], left positive.
-double actualCurvature(const VehicleModel& model, const VehicleState& state);
+/// Curvature of the path of the drive's reference point for the steering as it stands `ahead` seconds from now, within the
+/// tick [1/m], left positive.
+double actualCurvature(const VehicleModel& model, const VehicleState& state, double ahead = 0.0);
 
 }  // namespace ellipsoid_vehicle_sim

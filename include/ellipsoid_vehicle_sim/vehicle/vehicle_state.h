@@ -62,8 +62,11 @@ struct DriveState {
   std::int64_t command_age = 0;     ///< ticks since it came; restarts with it.
   double speed = 0.0;               ///< the speed asked of the wheels now, after the acceleration limit [m/s].
   double yaw_rate = 0.0;            ///< likewise, differential layouts [rad/s].
-  std::vector<double> wheel_speed;  ///< target of each wheel unit [rad/s], sign of its joint.
-  std::vector<double> integral;     ///< of each wheel unit's servo [N m].
+  std::vector<double> wheel_speed;  ///< target of each wheel unit [rad/s], sign of its joint, at this moment.
+  std::vector<double> wheel_acceleration;  ///< of that target until the end of the tick [rad/s^2].
+  std::vector<double> integral;     ///< of each wheel unit's servo [N m], at this moment.
+  std::vector<double> integral_gain;       ///< that it grows with until the end of the tick [N m/rad].
+  std::vector<double> angle;        ///< of each wheel unit's joint at this moment, where a servo grows [rad].
   double steering = 0.0;            ///< angle of the virtual front wheel asked for now [rad], Ackermann layout.
   double acceleration = 0.0;        ///< of `speed` during the last tick [m/s^2].
   std::vector<OwnMode> own_mode;             ///< of each wheel unit during the coming tick.
