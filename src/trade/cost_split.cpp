@@ -64,7 +64,7 @@ class Parts {
 
     ArticulatedBody tree = dynamics_.tree();
     for (std::size_t p = 0; p < state.profiles.size(); ++p)
-      prescribed_[p] = {state.profiles[p].position, state.profiles[p].velocity, state.profiles[p].acceleration};
+      prescribed_[p] = {state.profiles[p].position, state.profiles[p].velocity, state.profiles[p].then};
     const Frame3 R_WB = columns(state.motion.X_WB.q.toRotationMatrix());
     const Vec3 w_B = toFrame(R_WB, Vec3::from(state.motion.w_WB));
     std::vector<double> qdd(std::max<std::size_t>(1, state.motion.q.size()));

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "drive_model.h"
+#include "ellipsoid_vehicle_sim/vehicle/profile.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {
@@ -98,15 +99,10 @@ double rollingSpeed(const WheelUnit& wheel, double reference_x, double speed, do
   return angle == 0.0 ? vx : vx * std::cos(angle) + vy * std::sin(angle);
 }
 
-// Where a joint on a path will be `ahead` seconds from now, within the tick.
-double positionOf(const ProfileState& profile, double ahead) {
-  return profile.position + ahead * (profile.velocity + 0.5 * ahead * profile.acceleration);
-}
-
 double steerAngle(const VehicleModel& model, const VehicleState& state, int steer, double ahead) {
   if (steer < 0) return 0.0;
   const SteerUnit& unit = model.drive.steers[steer];
-  return unit.sign * positionOf(state.profiles[unit.prescribed], ahead);
+  return unit.sign * profileAt(state.profiles[unit.prescribed], ahead).position;
 }
 
 // What is asked of every wheel at the end of the tick, for the vehicle's speed and turn and the steering as they are then.
@@ -130,7 +126,7 @@ void aimWheels(const VehicleModel& model, const SimConfig& config, VehicleState&
 }
 
 // With what gain the integrals of the wheels' servos grow; not at all while a torque is at its limit.
-void updateIntegrals(const DriveModel& drive, const SimConfig& config, VehicleState& state) {
+void updateIntegrals(const DriveModel& drive, VehicleState& state) {
   DriveState& d = state.drive;
   const auto errorOf = [&](std::size_t i) { return d.wheel_speed[i] - state.motion.qd[drive.wheels[i].joint]; };
   double mean_error = 0.0;
@@ -188,7 +184,7 @@ double actualCurvature(const VehicleModel& model, const VehicleState& state, dou
   double sum = 0.0;
   int count = 0;
   for (const SteerUnit& steer : model.drive.steers) {
-    const double t = std::tan(steer.sign * positionOf(state.profiles[steer.prescribed], ahead));
+    const double t = std::tan(steer.sign * profileAt(state.profiles[steer.prescribed], ahead).position);
     const double lever = steer.p_FS.x() - model.drive.reference_x;
     if (std::abs(lever) < 1e-9) continue;
     sum += t / (lever + t * steer.p_FS.y());
@@ -202,20 +198,6 @@ bool effortExceeded(const PrescribedJoint& joint, const ProfileState& profile) {
          profile.effort * (profile.target - profile.position) > 0.0;
 }
 
-double profileChange(double distance, double rate, double max_rate, double max_change, double dt) {
-  const double A = max_change;
-  // Rate at the end of the tick from which the quantity can still stop at its target: what is left after this tick, with
-  // one more tick at that rate, is the braking distance v^2 / (2 A). Solved for v; near the target it is dead-beat.
-  const double left = distance - 0.5 * rate * dt;
-  const double v = std::copysign(A * (std::sqrt(dt * dt + 2.0 * std::abs(left) / A) - dt), left);
-  const double wanted = std::clamp(v, -max_rate, max_rate);
-  return std::clamp((wanted - rate) / dt, -A, A);
-}
-
-double profileAcceleration(const PrescribedJoint& joint, const ProfileState& profile, double dt) {
-  return profileChange(profile.target - profile.position, profile.velocity, joint.max_speed, joint.max_acceleration, dt);
-}
-
 void followLeaders(const VehicleModel& model, VehicleState& state) {
   for (std::size_t p = 0; p < model.prescribed_joints.size(); ++p) {
     const PrescribedJoint& joint = model.prescribed_joints[p];
@@ -225,6 +207,8 @@ void followLeaders(const VehicleModel& model, VehicleState& state) {
     profile.position = joint.multiplier * leader.position + joint.offset;
     profile.velocity = joint.multiplier * leader.velocity;
     profile.acceleration = joint.multiplier * leader.acceleration;
+    profile.until = leader.until;
+    profile.then = joint.multiplier * leader.then;
     profile.target = joint.multiplier * leader.target + joint.offset;
   }
 }
@@ -291,16 +275,17 @@ void updateDrive(const VehicleModel& model, const SimConfig& config, VehicleStat
     ProfileState& profile = state.profiles[p];
     if (joint.leader >= 0) continue;
     timed_out = applyProfileCommand(joint, config, d.profile_command[p], profile) || timed_out;
-    profile.acceleration = effortExceeded(joint, profile)
-                               ? std::clamp(-profile.velocity / config.dt, -joint.max_acceleration, joint.max_acceleration)
-                               : profileChange(profile.target - profile.position, profile.velocity,
-                                               speedLimit(joint, d.profile_command[p]), joint.max_acceleration, config.dt);
+    if (effortExceeded(joint, profile)) {
+      setProfile(std::clamp(-profile.velocity / config.dt, -joint.max_acceleration, joint.max_acceleration), profile);
+    } else {
+      planProfile(joint, speedLimit(joint, d.profile_command[p]), config.dt, profile);
+    }
   }
 
   followLeaders(model, state);
   aimWheels(model, config, state);
   applyWheelCommands(drive, config, d, timed_out);
-  updateIntegrals(drive, config, state);
+  updateIntegrals(drive, state);
 
   // Treads have no mass: a driven one runs at the speed asked for, a braked one slows down within the limit.
   for (std::size_t i = 0; i < drive.wheels.size(); ++i) {

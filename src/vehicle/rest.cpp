@@ -11,7 +11,7 @@ bool isLeftAlone(const VehicleState& state) {
   for (const OwnMode own : drive.own_mode)
     if (own != OwnMode::kNone && own != OwnMode::kBrake) return false;
   for (const ProfileState& profile : state.profiles)
-    if (profile.velocity != 0.0 || profile.acceleration != 0.0) return false;
+    if (profile.velocity != 0.0 || profile.acceleration != 0.0 || profile.then != 0.0) return false;
   for (const TreadState& tread : state.treads)
     if (tread.speed != 0.0 || tread.acceleration != 0.0) return false;
   return true;

@@ -57,8 +57,10 @@ void visitFields(State& state, Field& field) {
   for (auto& profile : state.profiles) {
     field(profile.position);
     field(profile.velocity);
-    field(profile.acceleration);
     field(profile.target);
+    field(profile.acceleration);
+    field(profile.until);
+    field(profile.then);
     field(profile.effort);
   }
   field.size(state.treads.size());

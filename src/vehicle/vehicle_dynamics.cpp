@@ -6,6 +6,7 @@
 #include "ellipsoid_vehicle_sim/contact/shortest_push.h"
 #include "ellipsoid_vehicle_sim/dynamics/integrator.h"
 #include "ellipsoid_vehicle_sim/vehicle/drive.h"
+#include "ellipsoid_vehicle_sim/vehicle/profile.h"
 
 namespace ellipsoid_vehicle_sim {
 
@@ -100,8 +101,8 @@ void VehicleDynamics::prescribe(double fraction) {
   fraction_ = fraction;
   const double t = fraction * dt_;
   for (std::size_t i = 0; i < frozen_->profiles.size(); ++i) {
-    const ProfileState& p = frozen_->profiles[i];
-    prescribed_[i] = {p.position + t * (p.velocity + 0.5 * t * p.acceleration), p.velocity + t * p.acceleration, p.acceleration};
+    const ProfilePoint p = profileAt(frozen_->profiles[i], t);
+    prescribed_[i] = {p.position, p.velocity, p.acceleration};
   }
 }
 
@@ -365,11 +366,7 @@ void VehicleDynamics::combine(MotionRate (&k)[4]) const {
 
 // The paths of the tick, and what is asked of wheels, end exactly where their formula says.
 void VehicleDynamics::carryEnds(VehicleState& state, double dt, bool ends_tick) const {
-  for (ProfileState& p : state.profiles) {
-    p.position += dt * (p.velocity + 0.5 * dt * p.acceleration);
-    p.velocity += dt * p.acceleration;
-    if (ends_tick) p.acceleration = 0.0;
-  }
+  for (ProfileState& p : state.profiles) carryProfile(dt, ends_tick, p);
   for (TreadState& tread : state.treads) {
     tread.angle += dt * (tread.speed + 0.5 * dt * tread.acceleration);
     tread.speed += dt * tread.acceleration;

@@ -28,13 +28,6 @@ void carryDrive(const VehicleModel& model, double dt, const std::vector<double>&
 /// Brake torque available at a wheel unit now [N m].
 double brakeTorque(const WheelUnit& wheel, const DriveState& drive);
 
-/// Acceleration for the coming tick that brings a prescribed joint to its target as fast as its limits allow, without
-/// overshoot; reaches it exactly.
-double profileAcceleration(const PrescribedJoint& joint, const ProfileState& profile, double dt);
-
-/// The same for any quantity: how its rate must change to bring `distance` to zero within the limits of both.
-double profileChange(double distance, double rate, double max_rate, double max_change, double dt);
-
 /// Joints on a path that mimic others put where these are, moving as they move.
 void followLeaders(const VehicleModel& model, VehicleState& state);
 

@@ -37,7 +37,9 @@ struct MotionRate {
 
 /// Path of a prescribed joint within a tick: constant acceleration.
 struct ProfileState {
-  double position = 0.0, velocity = 0.0, acceleration = 0.0, target = 0.0;
+  double position = 0.0, velocity = 0.0, target = 0.0;
+  double acceleration = 0.0;  ///< from here on for `until` seconds, `then` until the end of the tick.
+  double until = 0.0, then = 0.0;
   double effort = 0.0;  ///< that the last tick needed [N m] or [N].
 };
 
