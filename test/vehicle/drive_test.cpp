@@ -81,10 +81,10 @@ TEST(Drive, ProfileIsTheSamePathWhateverTheTick) {
     for (int i = 1; i * dt < 0.66; ++i) {
       planProfile(joint, joint.max_speed, dt, p);
       const ProfilePoint between = profileAt(p, 0.3 * dt);
-      ASSERT_NEAR(between.position, exact((i - 0.7) * dt), 1e-10) << dt << " " << i;
+      ASSERT_NEAR(between.position, exact((i - 0.7) * dt), 1e-9) << dt << " " << i;
       carryProfile(0.4 * dt, false, p);
       carryProfile(0.6 * dt, true, p);
-      ASSERT_NEAR(p.position, exact(i * dt), 1e-10) << dt << " " << i;
+      ASSERT_NEAR(p.position, exact(i * dt), 1e-9) << dt << " " << i;
     }
   }
 }
