@@ -99,6 +99,7 @@ diagnostic_msgs::DiagnosticStatus diagnosticStatus(const Simulator& simulator, c
   values.add("passed through", events.passed_through);
   values.add("effort exceeded", events.effort_exceeded);
   values.add("floor steps", events.floor_steps);
+  if (simulator.config().exact_savings == ExactSavings::kCheck) values.add("savings differences", events.savings_differences);
   values.add("command timeouts", events.command_timeouts);
   values.add("dropped commands", facts.dropped_commands);
   values.add("last dropped command", facts.last_refusal.empty() ? "none" : facts.last_refusal);

@@ -111,6 +111,7 @@ void RunTable::add(const Simulator& simulator, double step_time) {
   tell("effort_exceeded", now.effort_exceeded - told_.effort_exceeded);
   tell("command_timeouts", now.command_timeouts - told_.command_timeouts);
   tell("floor_steps", now.floor_steps - told_.floor_steps);
+  tell("savings_differences", now.savings_differences - told_.savings_differences);
   tell("rejected_commands", now.rejected_commands - told_.rejected_commands);
   if (broke && simulator.status() == StepStatus::kDiverged) tell("diverged", 1);
   if (simulator.isBeyondCertificate()) events += (events.empty() ? "" : " ") + std::string("unstable");

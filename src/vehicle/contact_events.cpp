@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base_motion.h"
 #include "ellipsoid_vehicle_sim/vehicle/tick_stepper.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -19,8 +20,6 @@ constexpr int kMostEvents = 12;
 constexpr int kMostHalvings = 5;
 // A trial is put this far beyond the estimate, in parts of its distance, so that the bracket closes from both sides.
 constexpr double kBeyond = 0.02;
-
-constexpr double kRk4Weights[4] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
 
 std::uint64_t bitOf(int ellipsoid) { return std::uint64_t{1} << (ellipsoid & 63); }
 

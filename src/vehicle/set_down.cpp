@@ -195,6 +195,9 @@ VehicleState restState(const VehicleModel& model, const VehicleDynamics& dynamic
   }
   followLeaders(model, state);
   state.treads.assign(model.treads.size(), TreadState{});
+  // The brakes are on.
+  for (const WheelUnit& wheel : model.drive.wheels)
+    if (wheel.tread >= 0 && wheel.braked) state.treads[static_cast<std::size_t>(wheel.tread)].mode = TreadState::Mode::kTurning;
   DriveState& d = state.drive;
   for (auto* values : {&d.wheel_speed, &d.wheel_acceleration, &d.integral, &d.integral_gain, &d.angle})
     values->assign(model.drive.wheels.size(), 0.0);

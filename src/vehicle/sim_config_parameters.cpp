@@ -94,6 +94,11 @@ ParameterTable<SimConfig> simConfigParameters() {
       flagParameter(
           "contact_memory", &C::contact_memory,
           "Admission and slack: what starts below the ground is not thrown out. Off only to show what it is for."),
+      choiceParameter<C, ExactSavings>(
+          "exact_savings", {{"used", ExactSavings::kOn}, {"unused", ExactSavings::kOff}, {"checked", ExactSavings::kCheck}},
+          &C::exact_savings,
+          "used: leave out what provably changes no bit (docs/savings.md). unused: work out everything. checked: do both in every tick, "
+          "at more than twice the cost, and count ticks that end differently (diagnostics)."),
       flagParameter("candidate_cache", &C::candidate_cache,
                     "Keep the triangles near an ellipsoid over several steps. Changes no result, only the time."),
       numberParameter(
@@ -128,6 +133,12 @@ ParameterTable<SimConfig> simConfigParameters() {
           "derived for each wheel, and logged."),
       numberParameter("relaxation_time", "s", 1e-6, 10.0, &C::relaxation_time,
                       "Shortest time in which a rolling patch forgets. Not given: two ticks."),
+      // Resistance.
+      numberParameter("rolling_resistance", "-", 0.0, 1.0, &C::rolling_resistance,
+                      "Of ground wheels: moment against rolling over load times radius; 0.015 is a car on asphalt."),
+      numberParameter("drag_area", "m^2", 0.0, 1e4, &C::drag_area,
+                      "Drag coefficient times frontal area, in air that stands still; 0.6 is a car."),
+      numberParameter("air_density", "kg/m^3", 0.0, 100.0, &C::air_density, "Of the air, for drag_area."),
       // Vehicle.
       flagParameter("allow_no_wheels", &C::allow_no_wheels,
                     "A vehicle without ground wheels is meant to have none (a ball); otherwise it is refused."),

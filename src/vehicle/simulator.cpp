@@ -14,6 +14,7 @@
 #include "fnv_hash.h"
 #include "local_error.h"
 #include "rest.h"
+#include "savings_check.h"
 #include "set_down.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -54,7 +55,9 @@ struct Simulator::Impl {
   bool observed_fresh = false;
   std::unique_ptr<LocalErrorEstimator> estimator;  // with error_estimate_every only
   ErrorEstimate estimate;
+  std::unique_ptr<SavingsCheck> savings_check;  // with exact_savings: checked only
   bool resting = false;
+  bool driven = true;  // there is something that a command could move
 
   void allocate() {
     dynamics = std::make_unique<VehicleDynamics>(model, config, *terrain);
@@ -62,8 +65,11 @@ struct Simulator::Impl {
     stepper = std::make_unique<TickStepper>(model, config, *dynamics);
     observed = dynamics->makeRate();
     state = previous = home = restState(model, *dynamics);
+    driven = !model.drive.wheels.empty() || !model.prescribed_joints.empty();
     if (config.error_estimate_every > 0.0)
       estimator = std::make_unique<LocalErrorEstimator>(model, config, *terrain, state);
+    if (config.exact_savings == ExactSavings::kCheck)
+      savings_check = std::make_unique<SavingsCheck>(model, config, *terrain, state);
     for (const JointDescription& joint : model.description.joints)
       if (joint.type != JointType::kFixed) joint_names.push_back(joint.name);
     for (std::size_t i = 0; i < model.ellipsoids.size(); ++i) {
@@ -131,9 +137,9 @@ struct Simulator::Impl {
       previous.motion = state.motion;
       previous.profiles = state.profiles;
       previous.treads = state.treads;
-      previous.drive = state.drive;
+      if (driven || state.drive.has_command) previous.drive = state.drive;
       // One command for the whole tick: every evaluation sees the same input.
-      updateDrive(model, config, state, timed_out);
+      if (driven || state.drive.has_command) updateDrive(model, config, state, timed_out);
       resting = config.rest_detection && isStill(state) && isLeftAlone(state) && balanced();
     }
     const bool estimates = estimator && (step_count + 1) % static_cast<std::int64_t>(config.error_estimate_every) == 0;
@@ -144,6 +150,7 @@ struct Simulator::Impl {
       return status;
     }
     if (estimates) estimator->begin(state);
+    if (savings_check) savings_check->begin(state);
     const TickOutcome outcome = stepper->advance(state, previous.memory);
     if (!outcome.sane) {
       state = previous;
@@ -156,6 +163,7 @@ struct Simulator::Impl {
     events.command_timeouts += timed_out ? 1 : 0;
     events.passed_through += outcome.passed_through;
     events.floor_steps += outcome.floor_steps;
+    if (savings_check && !savings_check->agrees(state)) ++events.savings_differences;
     ++step_count;
     observed_fresh = false;
     return status;
@@ -309,6 +317,7 @@ void Simulator::setFrictionScale(double scale) {
   impl_->dynamics->scaleFriction(scale);
   impl_->observer->scaleFriction(scale);
   if (impl_->estimator) impl_->estimator->scaleFriction(scale);
+  if (impl_->savings_check) impl_->savings_check->scaleFriction(scale);
   impl_->observed_fresh = false;
   impl_->resting = false;
 }
@@ -406,7 +415,7 @@ ContactExplanation Simulator::explainContact(int ellipsoid) const {
   std::vector<ContactReport> reports;
   contacts(reports);
   const ContactOptions options{impl_->config.contact_rule, impl_->config.contacts_per_ellipsoid, impl_->config.contact_memory,
-                               impl_->config.candidate_cache};
+                               impl_->config.candidate_cache && impl_->config.saves()};
   return explain(impl_->state.memory[static_cast<std::size_t>(ellipsoid)],
                  impl_->previous.memory[static_cast<std::size_t>(ellipsoid)], *impl_->terrain, options, ellipsoid, reports);
 }

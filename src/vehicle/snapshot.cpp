@@ -254,7 +254,7 @@ std::vector<std::uint8_t> toBytes(const Snapshot& snapshot, const Simulator& sim
   const StepEvents& events = snapshot.events;
   for (const std::int64_t count :
        {events.passed_through, events.effort_exceeded, events.command_timeouts, events.rejected_commands,
-        events.floor_steps})
+        events.floor_steps, events.savings_differences})
     out.add(count);
   out.add(snapshot.friction_scale);
   out.add(snapshot.extra);
@@ -301,7 +301,7 @@ Loaded<Snapshot> fromBytes(const std::vector<std::uint8_t>& bytes, const Simulat
   StepEvents& events = snapshot.events;
   for (std::int64_t* count :
        {&events.passed_through, &events.effort_exceeded, &events.command_timeouts, &events.rejected_commands,
-        &events.floor_steps})
+        &events.floor_steps, &events.savings_differences})
     *count = static_cast<std::int64_t>(in.whole());
   snapshot.friction_scale = in.number();
   snapshot.extra = in.block();

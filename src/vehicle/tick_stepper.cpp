@@ -45,7 +45,8 @@ TickStepper::TickStepper(const VehicleModel& model, const SimConfig& config, Veh
       reach_(armOf(model, 0)),
       always_substep_(!model.dynamic_joints.empty()),
       start_push_(model.ellipsoids.size(), 0.0),
-      implicit_(6 + static_cast<int>(model.dynamic_joints.size())) {
+      implicit_(6 + static_cast<int>(model.dynamic_joints.size())),
+      flight_(model, config, dynamics.terrain()) {
   for (MotionRate& k : k_) k = dynamics.makeRate();
   for (MotionRate& k : stages_) k = dynamics.makeRate();
   for (const DynamicJoint& joint : model.dynamic_joints)
@@ -58,6 +59,7 @@ TickOutcome TickStepper::advance(VehicleState& state, std::vector<ContactMemory>
   TickOutcome outcome;
   before_ = &before;
   ends_tick_ = ends_tick;
+  if (takeFlight(state, outcome)) return outcome;
   switch (config_.integrator) {
     case IntegratorKind::kExplicitEuler:
     case IntegratorKind::kSemiImplicitEuler:
@@ -90,6 +92,21 @@ void TickStepper::accept(VehicleState& state, const Motion& next, double h, bool
   outcome.passed_through += outcome.steps == 0 ? dynamics_.accept(state, h, *before_, ends_tick)
                                                : dynamics_.accept(state, h, ends_tick);
   ++outcome.steps;
+}
+
+// Where nothing can touch: same bits, no search. False: has done nothing.
+bool TickStepper::takeFlight(VehicleState& state, TickOutcome& outcome) {
+  if (!flight_.advance(state)) return false;
+  if (!isSane(state.motion)) {
+    outcome.sane = false;
+    *before_ = state.memory;
+    return true;
+  }
+  // The paths of one rigid body move nothing that has mass.
+  for (ProfileState& profile : state.profiles) profile.effort = 0.0;
+  dynamics_.acceptFlight(state, config_.dt, *before_, ends_tick_);
+  ++outcome.steps;
+  return true;
 }
 
 void TickStepper::takeWhole(VehicleState& state, TickOutcome& outcome) {

@@ -6,6 +6,7 @@
 #include "ellipsoid_vehicle_sim/contact/shortest_push.h"
 #include "ellipsoid_vehicle_sim/dynamics/integrator.h"
 #include "ellipsoid_vehicle_sim/vehicle/drive.h"
+#include "base_motion.h"
 #include "ellipsoid_vehicle_sim/vehicle/profile.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -16,8 +17,9 @@ VehicleDynamics::VehicleDynamics(const VehicleModel& model, const SimConfig& con
     : model_(model),
       config_(config),
       terrain_(terrain),
-      options_{config.contact_rule, config.contacts_per_ellipsoid, config.contact_memory, config.candidate_cache},
+      options_{config.contact_rule, config.contacts_per_ellipsoid, config.contact_memory, config.candidate_cache && config.saves()},
       tree_(model.bodies, model.couplings),
+      saves_(config.saves()),
       gravity_W_{0.0, 0.0, -config.gravity},
       prescribed_(std::max(model.prescribed_joints.size(), model.bodies.size())),
       posed_(model.ellipsoids.size()),
@@ -27,6 +29,7 @@ VehicleDynamics::VehicleDynamics(const VehicleModel& model, const SimConfig& con
       joint_effort_(model.dynamic_joints.size(), 0.0),
       motor_torque_(model.drive.wheels.size(), 0.0),
       hold_limit_(model.dynamic_joints.size(), 0.0) {
+  if (model.bodies.size() == 1 && !hasDrag()) turning_.emplace(Symmetric3::from(model.bodies[0].inertia.I_cm_A));
   active_.reserve(model.ellipsoids.size() * kMaxContactsPerEllipsoid);
   for (const ModelEllipsoid& ellipsoid : model.ellipsoids) {
     // Of a body that no joint turns this holds for good.
@@ -124,7 +127,7 @@ void VehicleDynamics::pose(const Motion& x) {
   for (int i = 0; i < 4; ++i) put(key, x.X_WB.q.coeffs()[i], same);
   for (const double q : x.q) put(key, q, same);
   for (std::size_t i = 0; i < frozen_->profiles.size(); ++i) put(key, prescribed_[i].position, same);
-  if (same) return;
+  if (same && saves_) return;
 
   std::fill(moving_at_.begin(), moving_at_.end(), std::nan(""));
   R_WB_ = columns(x.X_WB.q.toRotationMatrix());
@@ -148,7 +151,7 @@ void VehicleDynamics::move(const Motion& x) {
   for (int i = 0; i < 3; ++i) put(key, x.w_WB[i], same);
   for (const double qd : x.qd) put(key, qd, same);
   for (std::size_t i = 0; i < frozen_->profiles.size(); ++i) put(key, prescribed_[i].velocity, same);
-  if (same) return;
+  if (same && saves_) return;
   tree_.velocities(toFrame(R_WB_, Vec3::from(x.w_WB)), x.qd.data(), prescribed_.data());
   for (const int body : touching_bodies_) {
     const Spatial& v = tree_.kinematics(body).velocity;
@@ -172,6 +175,15 @@ double VehicleDynamics::treadSpeed(int tread) const {
   return t.speed + fraction_ * dt_ * t.acceleration;
 }
 
+// A solid compound's wheel does not turn: its tread runs about the axle, which the steering turns.
+Vec3 VehicleDynamics::axleOf(int index, int body) const {
+  const Tread& tread = model_.treads[index];
+  Vector3d axle_B = tread.axle_B;
+  if (tread.steer >= 0)
+    axle_B = Eigen::AngleAxisd(prescribed_[tread.steer].position, tread.steer_axis_B) * axle_B;
+  return fromFrame(R_WB_, fromFrame(tree_.kinematics(body).R_OB, Vec3::from(axle_B)));
+}
+
 VehicleDynamics::SurfaceMotion VehicleDynamics::surfaceMotion(const Motion& x, ActiveContact& active) const {
   const ModelEllipsoid& ellipsoid = model_.ellipsoids[active.ellipsoid];
   const Vec3 radius = Vec3::from(active.contact.p_WE_lowest) - Vec3::from(posed_[active.ellipsoid].p_WE);
@@ -180,12 +192,7 @@ VehicleDynamics::SurfaceMotion VehicleDynamics::surfaceMotion(const Motion& x, A
   active.roll_axis = Vector3d(0.0, 0.0, 0.0);
   if (ellipsoid.tread < 0) return surface;
 
-  // A solid compound's wheel does not turn: its tread runs about the axle, which the steering turns.
-  const Tread& tread = model_.treads[ellipsoid.tread];
-  Vector3d axle_B = tread.axle_B;
-  if (tread.steer >= 0)
-    axle_B = Eigen::AngleAxisd(prescribed_[tread.steer].position, tread.steer_axis_B) * axle_B;
-  const Vec3 axle_W = fromFrame(R_WB_, fromFrame(tree_.kinematics(ellipsoid.body).R_OB, Vec3::from(axle_B)));
+  const Vec3 axle_W = axleOf(ellipsoid.tread, ellipsoid.body);
   if (frozen_->treads[ellipsoid.tread].mode == TreadState::Mode::kTurning) {
     const Vec3 running = treadSpeed(ellipsoid.tread) * cross(axle_W, radius);
     surface.v += running;
@@ -305,8 +312,17 @@ void VehicleDynamics::rate(const Motion& x, double fraction, MotionRate& k) {
   // The step starts at the pose the memory was taken at: its contacts are known.
   findAll(fraction == 0.0);
   applyContacts(x);
+  if (config_.rolling_resistance > 0.0) applyRollingResistance(x);
+  if (hasDrag()) applyDrag(x);
   jointForces(x, k, false);
   anchorRates(k);
+  if (turning_ && active_.empty()) {
+    k.v = x.v_WB;
+    k.w = x.w_WB;
+    k.a = gravity_W_.toEigen();
+    k.alpha = turning_->acceleration(R_WB_, Vec3::from(x.w_WB)).toEigen();
+    return;
+  }
   const Spatial base =
       tree_.accelerations(joint_effort_.data(), prescribed_.data(), toFrame(R_WB_, gravity_W_), k.qd.data());
   k.v = x.v_WB;
@@ -326,15 +342,13 @@ void VehicleDynamics::positionRates(const Motion& x, MotionRate& k) {
 }
 
 void VehicleDynamics::advanceVelocities(Motion& x, double h, const MotionRate& k) const {
-  x.v_WB += h * k.a;
-  x.w_WB += h * k.alpha;
+  advanceBaseVelocities(h, k, x);
   for (std::size_t i = 0; i < x.qd.size(); ++i) x.qd[i] += h * k.qd[i];
   couple(x);
 }
 
 void VehicleDynamics::advancePositions(Motion& x, double h, const MotionRate& k) const {
-  x.X_WB.p += h * k.v;
-  x.X_WB.q = (quaternionFromRotationVector(h * k.w) * x.X_WB.q).normalized();
+  advanceBasePositions(h, k, x);
   for (std::size_t i = 0; i < x.q.size(); ++i) {
     x.q[i] += h * k.q[i];
     x.stretch[i] += h * k.stretch[i];
@@ -349,11 +363,8 @@ void VehicleDynamics::toTangent(double h, const MotionRate& previous, MotionRate
 }
 
 void VehicleDynamics::combine(MotionRate (&k)[4]) const {
-  const auto mix = [](auto& a, const auto& b, const auto& c, const auto& d) { a = (a + 2.0 * b + 2.0 * c + d) / 6.0; };
-  mix(k[0].v, k[1].v, k[2].v, k[3].v);
-  mix(k[0].w, k[1].w, k[2].w, k[3].w);
-  mix(k[0].a, k[1].a, k[2].a, k[3].a);
-  mix(k[0].alpha, k[1].alpha, k[2].alpha, k[3].alpha);
+  const auto mix = [](auto& a, const auto& b, const auto& c, const auto& d) { a = rk4Mean(a, b, c, d); };
+  combineBase(k);
   for (std::size_t i = 0; i < k[0].q.size(); ++i) {
     mix(k[0].q[i], k[1].q[i], k[2].q[i], k[3].q[i]);
     mix(k[0].qd[i], k[1].qd[i], k[2].qd[i], k[3].qd[i]);
@@ -450,6 +461,22 @@ int VehicleDynamics::accept(VehicleState& state, double dt, std::vector<ContactM
     x.stretch[j] = std::clamp(x.stretch[j], -limit, limit);
   }
   return passed;
+}
+
+void VehicleDynamics::acceptFlight(VehicleState& state, double dt, std::vector<ContactMemory>& before, bool ends_tick) {
+  Motion& x = state.motion;
+  carryEnds(state, dt, ends_tick);
+  before.resize(state.memory.size());
+  before.swap(state.memory);
+  frozen_ = &state;
+  prescribe(0.0);
+  pose(x);
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    contacts_[i].count = 0;
+    rememberContacts(posed_[i], contacts_[i], before[i], options_, dt, state.memory[i]);
+    for (Vector3d& z : x.anchor[i]) z.setZero();
+  }
+  memory_ = &state.memory;
 }
 
 void VehicleDynamics::evaluate(const VehicleState& state, MotionRate& k) {

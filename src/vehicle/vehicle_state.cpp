@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "base_motion.h"
 #include "fnv_hash.h"
 #include "state_fields.h"
 
@@ -48,10 +49,7 @@ bool Motion::allFinite() const {
 }
 
 void retract(const Motion& x, double h, const MotionRate& rate, Motion& result) {
-  result.X_WB.p = x.X_WB.p + h * rate.v;
-  result.X_WB.q = (quaternionFromRotationVector(h * rate.w) * x.X_WB.q).normalized();
-  result.v_WB = x.v_WB + h * rate.a;
-  result.w_WB = x.w_WB + h * rate.alpha;
+  retractBase(x, h, rate, result);
   for (std::size_t i = 0; i < x.q.size(); ++i) {
     result.q[i] = x.q[i] + h * rate.q[i];
     result.qd[i] = x.qd[i] + h * rate.qd[i];
@@ -68,17 +66,8 @@ void weightedSum(const double* weights, const MotionRate* k, int n, MotionRate& 
     const double w = weights[s];
     if (w == 0.0) continue;
     const MotionRate& r = k[s];
-    const auto add = [w, first](auto& total, const auto& value) {
-      if (first) {
-        total = w * value;
-      } else {
-        total += w * value;
-      }
-    };
-    add(sum.v, r.v);
-    add(sum.w, r.w);
-    add(sum.a, r.a);
-    add(sum.alpha, r.alpha);
+    const auto add = [w, first](auto& total, const auto& value) { addWeighted(w, value, first, total); };
+    addBase(w, r, first, sum);
     for (std::size_t i = 0; i < joints; ++i) {
       add(sum.q[i], r.q[i]);
       add(sum.qd[i], r.qd[i]);

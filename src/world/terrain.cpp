@@ -225,6 +225,8 @@ void Terrain::query(const Eigen::AlignedBox3d& box, std::vector<int>& out) const
   out.resize(kept);
 }
 
+bool Terrain::mayMeet(const Eigen::AlignedBox3d& box) const { return impl_->tree.mayMeet(box); }
+
 std::vector<HeightHit> Terrain::heights(double x, double y) const {
   struct Hit {
     HeightHit hit;

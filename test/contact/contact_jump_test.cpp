@@ -39,14 +39,14 @@ TEST_P(MotionWithJump, SphereFromBehindKeepsItsEnergy) {
 TEST_P(MotionWithJump, WithoutMemoryASphereFromBehindIsShotOut) {
   // Half the stiffness times the depth squared at which the front is first seen: up to 10 cm, less up to a step's way,
   // 50 kJ at most. Without damping, or the damper would eat part of it; explicit Euler then makes more of it, never
-  // less.
+  // less; linearly_implicit damps by itself.
   SimConfig free = frictionless(GetParam().integrator, GetParam().dt, GetParam().contacts, 0.0);
   free.gravity = 0.0;
   free.contact_memory = false;
   BareRun run(solidBody(Vector3d::Constant(0.1), 100.0), flatFloor(5.0), free);
   run.place({0.3, 0.2, -0.2 + 1e-4}, Quaterniond::Identity(), {0.0, 0.0, 5.0});
   run.run(0.1);
-  EXPECT_GT(run.kineticEnergy(), 40e3);
+  EXPECT_GT(run.kineticEnergy(), GetParam().integrator == IntegratorKind::kLinearlyImplicit ? 30e3 : 40e3);
 }
 
 TEST_P(MotionWithJump, ABackFaceIsPassedAsIfItWereNotThere) {

@@ -127,7 +127,7 @@ TEST(Snapshot, AnotherVersionIsNamed) {
   Bytes bytes = toBytes(simulator.save(), simulator);
   // The version stands behind the mark: a length of eight bytes and its letters.
   bytes[8 + bytes[0]] = 9;
-  EXPECT_EQ(refusal(bytes, simulator), "the file: is of format version 9, this simulator reads 2\n");
+  EXPECT_EQ(refusal(bytes, simulator), "the file: is of format version 9, this simulator reads 3\n");
 }
 
 TEST(Snapshot, AnotherVehicleWorldOrParameterIsRefusedByName) {

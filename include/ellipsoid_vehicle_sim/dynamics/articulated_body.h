@@ -99,6 +99,8 @@ class ArticulatedBody {
     forces_[body].angular += cross(p_OX, f);
     forces_[body].linear += f;
   }
+  /// Likewise a moment.
+  void addMoment(int body, const Vec3& m) { forces_[body].angular += m; }
 
   /// Accelerations under the forces, joint efforts tau (one per dynamic coordinate) and gravity [m/s^2], all along the
   /// base's axes. Writes qdd; returns the base's: angular, and linear of O.

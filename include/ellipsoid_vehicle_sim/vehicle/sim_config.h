@@ -14,6 +14,9 @@ namespace ellipsoid_vehicle_sim {
 enum class IntegratorKind { kExplicitEuler, kSemiImplicitEuler, kRk4, kRk4Events, kDormandPrince, kLinearlyImplicit };
 constexpr int kIntegratorCount = 6;
 
+/// Whether what provably changes no bit of the state is left out, worked out all the same, or both in every tick, compared.
+enum class ExactSavings { kOn, kOff, kCheck };
+
 enum class Differential { kOpen, kLocked, kPerWheel };
 
 /// Everything that defines a run besides the vehicle and the world. SI units. An empty optional means: derived at load
@@ -28,6 +31,7 @@ struct SimConfig {
   bool rest_detection = true;                               ///< a vehicle at rest is left where it is.
   std::string accuracy;                                     ///< "fast", "balanced", "exact" or a number; empty: dt and integrator as they are.
   bool dt_given = false, integrator_given = false;          ///< somebody asked for them: not together with accuracy.
+  ExactSavings exact_savings = ExactSavings::kOn;           ///< whether what changes no bit is left out; docs/savings.md.
   bool allow_unstable = false;                              ///< run although the certificate says the step cannot hold.
 
   // World.
@@ -55,6 +59,11 @@ struct SimConfig {
   std::optional<double> brush_length;                       ///< relaxation length l of the patch [m].
   std::optional<double> relaxation_time;                    ///< tau [s], bound on how fast the brush forgets.
 
+  // Resistance; none unless asked for.
+  double rolling_resistance = 0.0;                          ///< of ground wheels: moment over load times radius [-].
+  double drag_area = 0.0;                                   ///< drag coefficient times frontal area [m^2].
+  double air_density = 1.225;                               ///< [kg/m^3], 0 ... 100.
+
   // Vehicle.
   bool allow_no_wheels = false;                             ///< a body that nothing drives (a ball) is meant to have none.
   bool solid_compound = false;                              ///< lock every joint; wheels become treads on one rigid body.
@@ -70,6 +79,8 @@ struct SimConfig {
   double command_timeout = 0.5;                             ///< older commands mean brake [s].
   double ride_frequency = 1.5;                              ///< of a suspension without a spring in the file [Hz].
   double ride_damping_ratio = 0.4;                          ///< [-].
+
+  bool saves() const { return exact_savings != ExactSavings::kOff; }
 
   /// Every value out of range, each with its allowed range; the ranges are those of parameter_table.h.
   Problems validate() const;

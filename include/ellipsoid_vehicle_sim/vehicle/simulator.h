@@ -78,6 +78,7 @@ struct StepEvents {
   std::int64_t command_timeouts = 0;  ///< times the command got too old and the brakes came on.
   std::int64_t rejected_commands = 0; ///< non-finite commands, dropped.
   std::int64_t floor_steps = 0;       ///< steps within a tick at the smallest size, less exact than the method promises.
+  std::int64_t savings_differences = 0;  ///< ticks that the whole model ended otherwise (exact_savings: checked); never, or it is a fault.
 };
 
 /// What the last estimated tick got wrong of the root link's motion: its local error, which says nothing of what has come

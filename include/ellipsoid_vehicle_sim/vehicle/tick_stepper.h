@@ -5,6 +5,7 @@
 
 #include "ellipsoid_vehicle_sim/dynamics/dense_solve.h"
 #include "ellipsoid_vehicle_sim/dynamics/embedded_pair.h"
+#include "ellipsoid_vehicle_sim/vehicle/free_flight.h"
 #include "ellipsoid_vehicle_sim/vehicle/vehicle_dynamics.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -32,10 +33,14 @@ class TickStepper {
   TickOutcome advance(VehicleState& state, std::vector<ContactMemory>& before, bool ends_tick = true);
 
  private:
+  bool takeFlight(VehicleState& state, TickOutcome& outcome);
   void takeWhole(VehicleState& state, TickOutcome& outcome);
   void takeDormandPrince(VehicleState& state, TickOutcome& outcome);
   void takeRk4Events(VehicleState& state, TickOutcome& outcome);          // contact_events.cpp
-  void takeLinearlyImplicit(VehicleState& state, TickOutcome& outcome);   // linearly_implicit.cpp
+  // linearly_implicit.cpp
+  void takeLinearlyImplicit(VehicleState& state, TickOutcome& outcome);
+  bool implicitStep(const VehicleState& state, double h);
+  double implicitResidual(const VehicleState& state, double h) const;
 
   // Takes over `next` as the end of a step of h seconds.
   void accept(VehicleState& state, const Motion& next, double h, bool last, TickOutcome& outcome);
@@ -74,6 +79,7 @@ class TickStepper {
   std::vector<double> start_push_;       // their `push` there
   int located_ = 0;                      // events in this tick
   DenseSystem implicit_;
+  FreeFlight flight_;
   std::vector<MotionRate> directions_;   // linearly_implicit: what a unit of each speed moves
 };
 

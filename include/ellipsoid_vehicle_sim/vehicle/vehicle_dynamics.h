@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "ellipsoid_vehicle_sim/contact/find_contacts.h"
 #include "ellipsoid_vehicle_sim/dynamics/articulated_body.h"
+#include "ellipsoid_vehicle_sim/vehicle/free_flight.h"
 #include "ellipsoid_vehicle_sim/vehicle/vehicle_model.h"
 #include "ellipsoid_vehicle_sim/vehicle/vehicle_state.h"
 #include "ellipsoid_vehicle_sim/world/terrain.h"
@@ -70,6 +72,8 @@ class VehicleDynamics {
   /// Returns how many ellipsoid centres went through a triangle.
   int accept(VehicleState& state, double dt, std::vector<ContactMemory>& before, bool ends_tick = true);
   int accept(VehicleState& state, double dt, bool ends_tick = true) { return accept(state, dt, retired_, ends_tick); }
+  /// The same where nothing can have touched: no search.
+  void acceptFlight(VehicleState& state, double dt, std::vector<ContactMemory>& before, bool ends_tick);
 
   /// Evaluates at the state itself; afterwards the queries below answer for it.
   void evaluate(const VehicleState& state, MotionRate& k);
@@ -85,6 +89,7 @@ class VehicleDynamics {
   double kineticEnergy(const Motion& x) const { return tree_.kineticEnergy(toFrame(R_WB_, Vec3::from(x.v_WB))); }
   double potentialEnergy(const Motion& x) const;   ///< gravity and springs, holds and anchors included [J].
   const ArticulatedBody& tree() const { return tree_; }
+  const Terrain& terrain() const { return terrain_; }
   /// Where the ellipsoids were at the last evaluation.
   const std::vector<PosedEllipsoid>& posedEllipsoids() const { return posed_; }
 
@@ -121,12 +126,18 @@ class VehicleDynamics {
   }
   const ContactLaw& lawOf(int ellipsoid) const { return laws_[ellipsoid]; }
   double treadSpeed(int tread) const;
+  Vec3 axleOf(int tread, int body) const;  // along W, steered
+  bool hasDrag() const { return config_.drag_area > 0.0; }
+  void applyRollingResistance(const Motion& x);  // resistance.cpp
+  void applyDrag(const Motion& x);               // resistance.cpp
 
   const VehicleModel& model_;
   const SimConfig& config_;
   const Terrain& terrain_;
   ContactOptions options_;
   ArticulatedBody tree_;
+  std::optional<FreeTurning> turning_;  ///< one rigid body that nothing need push.
+  bool saves_;  ///< exact_savings.
   std::vector<FrictionCoefficients> friction_;   ///< per surface; a row for each coefficient that ellipsoids have of their own.
   std::vector<std::size_t> friction_row_;        ///< per ellipsoid: where its row begins.
   std::vector<ContactLaw> laws_;                 ///< per ellipsoid.

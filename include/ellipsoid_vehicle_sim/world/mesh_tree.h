@@ -35,6 +35,9 @@ class MeshTree {
   template <typename Visit>
   void visit(const Eigen::AlignedBox3d& box, Visit&& visit) const;
 
+  /// Whether visit() would find any; stops at the first. Does not allocate.
+  bool mayMeet(const Eigen::AlignedBox3d& box) const;
+
   /// Calls visit(triangle) for every triangle whose box may meet the segment from a to b. Does not allocate.
   template <typename Visit>
   void visitAlong(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Visit&& visit) const;
@@ -132,6 +135,16 @@ void MeshTree::visit(const Eigen::AlignedBox3d& box, Visit&& visit) const {
   for (const Levels& levels : trees_)
     traverse(
         levels, cells, [](const MeshTreeNode&, int) { return true; }, visit);
+}
+
+inline bool MeshTree::mayMeet(const Eigen::AlignedBox3d& box) const {
+  CellBox cells;
+  if (trees_.empty() || !toCells(box, cells)) return false;
+  bool found = false;
+  for (const Levels& levels : trees_)
+    traverse(
+        levels, cells, [&found](const MeshTreeNode&, int) { return !found; }, [&found](int, bool) { found = true; });
+  return found;
 }
 
 template <typename Visit>

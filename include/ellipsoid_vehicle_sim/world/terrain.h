@@ -77,6 +77,9 @@ class Terrain {
   /// no particular order. Allocates only when `out` has to grow.
   void query(const Eigen::AlignedBox3d& box, std::vector<int>& out) const;
 
+  /// Whether any triangle's box may meet `box`; false proves that none does. Stops at the first.
+  bool mayMeet(const Eigen::AlignedBox3d& box) const;
+
   /// Where the vertical line through (x, y) meets the terrain, top first. A seam between triangles counts once.
   /// Rims belong to the terrain; upright triangles are never met.
   std::vector<HeightHit> heights(double x, double y) const;
