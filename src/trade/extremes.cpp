@@ -232,6 +232,8 @@ ExtremeResult runExtreme(const ExtremeCell& cell, int ticks) {
   const double first = lowest;
   // What is coarse need not run for minutes to show what comes of it.
   ticks = std::min(ticks, std::max(kFewestTicks, static_cast<int>(kLongestTime / cell.dt)));
+  // This one takes up to a thousand steps to a tick.
+  if (cell.integrator == IntegratorKind::kDormandPrince) ticks = std::min(ticks, kFewestTicks);
   for (int tick = 0; tick < ticks; ++tick) {
     if (simulator.step() != StepStatus::kOk) {
       result.outcome = ExtremeOutcome::kStopped;
