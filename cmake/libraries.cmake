@@ -1,6 +1,5 @@
 # The libraries from the core outwards, and the node. A layer links those before it, never one after.
 find_package(Eigen3 3.3 REQUIRED NO_MODULE)
-find_package(assimp 5.0 REQUIRED)
 set(THREADS_PREFER_PTHREAD_FLAG ON)
 find_package(Threads REQUIRED)
 
@@ -44,11 +43,11 @@ function(add_system_library target header library debian_package)
     IMPORTED_LOCATION ${${library}_LIBRARY} INTERFACE_INCLUDE_DIRECTORIES ${${library}_INCLUDE_DIR})
 endfunction()
 
-# Core: geometry -> contact -> world -> dynamics -> vehicle. Eigen, and assimp for mesh files. No ROS.
+# Core: geometry -> contact -> world -> dynamics -> vehicle. Eigen alone. No ROS.
 find_sources(core_sources geometry contact world dynamics vehicle)
 add_library(${PROJECT_NAME}_core SHARED ${core_sources})
 set_up_library(${PROJECT_NAME}_core)
-target_link_libraries(${PROJECT_NAME}_core PUBLIC Eigen3::Eigen PRIVATE assimp::assimp Threads::Threads)
+target_link_libraries(${PROJECT_NAME}_core PUBLIC Eigen3::Eigen PRIVATE Threads::Threads)
 # No fused multiply-adds: the same bits on machines that have them and on those that have not. The other two change no
 # result; they let the compiler choose without branches and take roots side by side.
 target_compile_options(${PROJECT_NAME}_core PRIVATE -ffp-contract=off -fno-math-errno -fno-trapping-math)
@@ -71,7 +70,7 @@ add_library(${PROJECT_NAME}_description SHARED ${description_sources})
 set_up_library(${PROJECT_NAME}_description)
 target_link_libraries(${PROJECT_NAME}_description
   PUBLIC ${PROJECT_NAME}_core
-  PRIVATE urdfdom_model_library console_bridge_library tinyxml2_library yaml_cpp_library assimp::assimp)
+  PRIVATE urdfdom_model_library console_bridge_library tinyxml2_library yaml_cpp_library)
 
 # Scenes: runs described by files, their records, the trade between speed and accuracy. No ROS.
 find_package(OpenSSL REQUIRED)

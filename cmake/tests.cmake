@@ -24,7 +24,7 @@ foreach(source IN LISTS test_sources)
     PROGRAM_DIR="${devel_prefix}/${package_programs}")
   target_link_libraries(${name} PRIVATE
     ${PROJECT_NAME}_scene ${PROJECT_NAME}_description ${PROJECT_NAME}_core GTest::gtest_main ${PROJECT_NAME}_warnings)
-  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  target_compile_options(${name} PRIVATE $<$<OR:$<CONFIG:Release>,$<CONFIG:Sanitize>>:-O1>)
   if(NOT first_test)
     set(first_test ${name})
     target_precompile_headers(${name} PRIVATE
@@ -36,6 +36,15 @@ foreach(source IN LISTS test_sources)
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES TIMEOUT 600)
 endforeach()
+
+# The targets of scripts/fuzz, with the inputs that are kept.
+file(GLOB fuzz_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/test/fuzz/*.cpp)
+list(FILTER fuzz_sources EXCLUDE REGEX "(_test|/entry)\\.cpp$")
+target_sources(fuzz_replay_test PRIVATE ${fuzz_sources})
+# A minute of them with changed input; scripts/test builds the programs. The longest test starts first.
+add_test(NAME fuzz COMMAND ${PROJECT_SOURCE_DIR}/scripts/fuzz --no-build --seconds 6 --seed 1)
+set_tests_properties(fuzz PROPERTIES TIMEOUT 300 COST 1000 SKIP_RETURN_CODE 77
+  ENVIRONMENT ELLIPSOID_VEHICLE_SIM_BUILD=${PROJECT_BINARY_DIR})
 
 # Runs the programs that need no ROS.
 add_dependencies(scene_test ${PROJECT_NAME}_headless ${PROJECT_NAME}_meshes)

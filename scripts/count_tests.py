@@ -29,6 +29,15 @@ def cases_of(path):
     return passed, failed, skipped
 
 
+def skip_reason(results, name):
+    """What a test that ctest knows only as skipped has left to say."""
+    try:
+        with open(os.path.join(results, name + ".skipped")) as file:
+            return file.read().strip()
+    except OSError:
+        return "said so"
+
+
 def expected_tests(checkout):
     """Names of the ctest tests that the files of the checkout make: see cmake/tests.cmake and cmake/ros_tests.cmake."""
     def stem(path):
@@ -36,7 +45,7 @@ def expected_tests(checkout):
     names = {stem(path) for path in glob.glob(os.path.join(checkout, "test", "*", "*_test.cpp"))
              if os.path.basename(os.path.dirname(path)) not in ("consumer", "benchmark")}
     names |= {"ros_" + stem(path) for path in glob.glob(os.path.join(checkout, "test", "ros", "*.test"))}
-    return names | {"consumer", "installed_launch"}
+    return names | {"consumer", "fuzz", "installed_launch"}
 
 
 def main():
@@ -58,7 +67,7 @@ def main():
             failed += more_failed
             skipped += more_skipped
         if verdict == "Skipped":
-            skipped.append((name, "said so"))
+            skipped.append((name, skip_reason(results, name)))
         elif verdict != "Passed" and len(failed) == before:
             failed.append("%s (%s)" % (name, verdict.strip("*")))
         elif verdict == "Passed" and not reports:

@@ -7,6 +7,7 @@ unset ROS_MASTER_URI ROS_IP ROS_NAMESPACE
 # No __pycache__ in the checkout.
 export PATH ROS_HOSTNAME=localhost PYTHONDONTWRITEBYTECODE=1
 build=${ELLIPSOID_VEHICLE_SIM_BUILD:-$checkout/build}
+configure_options=()
 
 say() { printf '%s\n' "$*"; }
 fail() { # exit code, text
@@ -41,7 +42,7 @@ apt-get update && DEBIAN_FRONTEND=noninteractive apt-get install ${options[*]} $
     fail 2 "apt-get install failed"
 }
 
-# Configures and builds the given targets (none: all). One at a time for each build folder, whoever asks.
+# Configures (with configure_options too) and builds the given targets (none: all). One at a time for each build folder, whoever asks.
 build_checkout() {
   mkdir -p "$build" || fail 2 "cannot write to $build; set ELLIPSOID_VEHICLE_SIM_BUILD to another folder"
   exec 9> "$build/.lock"
@@ -53,10 +54,26 @@ build_checkout() {
   local log=$build/build.log targets=()
   [ $# -gt 0 ] && targets=(--target "$@")
   say "building in $build (log: $log)"
-  if ! { cmake -S "$checkout" -B "$build" -DBUILD_ROS=ON -DCMAKE_INSTALL_PREFIX="$build/install" &&
+  if ! { cmake -S "$checkout" -B "$build" -DBUILD_ROS=ON -DCMAKE_INSTALL_PREFIX="$build/install" "${configure_options[@]}" &&
     cmake --build "$build" -j "$(nproc)" "${targets[@]}"; } > "$log" 2>&1; then
     tail -n 60 "$log" >&2
     fail 1 "the build failed; the whole log is in $log"
+  fi
+  flock -u 9
+  exec 9>&-
+}
+
+# Programs of scripts/fuzz in $build/fuzz, from this checkout and the libraries of its ordinary build.
+build_fuzzers() {
+  mkdir -p "$build/fuzz" || fail 2 "cannot write to $build/fuzz"
+  exec 9> "$build/fuzz/.lock"
+  flock 9
+  local log=$build/fuzz/build.log
+  say "building in $build/fuzz (log: $log)"
+  if ! { cmake -S "$checkout/test/fuzz" -B "$build/fuzz" -DCMAKE_CXX_COMPILER=clang++ -DLIBRARIES="$build/devel/lib" &&
+    cmake --build "$build/fuzz" -j "$(nproc)"; } > "$log" 2>&1; then
+    tail -n 60 "$log" >&2
+    fail 2 "the build of the fuzzers failed; the whole log is in $log"
   fi
   flock -u 9
   exec 9>&-

@@ -1,7 +1,8 @@
 #include "ellipsoid_vehicle_sim/description/shipped_files.h"
 
 #include <filesystem>
-#include <fstream>
+
+#include "ellipsoid_vehicle_sim/world/file_bytes.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {
@@ -11,12 +12,8 @@ namespace fs = std::filesystem;
 constexpr const char* kPackage = "ellipsoid_vehicle_sim";
 
 bool isWorldYaml(const fs::path& file) {
-  std::ifstream in(file);
-  std::string line;
-  while (std::getline(in, line)) {
-    if (line.rfind("meshes:", 0) == 0) return true;
-  }
-  return false;
+  const Loaded<std::string> text = readFileBytes(file.string(), "world", kLargestYamlFile);
+  return text && (text.value->rfind("meshes:", 0) == 0 || text.value->find("\nmeshes:") != std::string::npos);
 }
 
 }  // namespace

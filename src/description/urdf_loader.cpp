@@ -20,6 +20,9 @@
 namespace ellipsoid_vehicle_sim {
 namespace {
 
+/// More is no help to anybody.
+constexpr std::size_t kMostProblems = 200;
+
 /// Collects what urdfdom would print, while it lives. console_bridge has one output for the whole process, hence the
 /// lock.
 class UrdfdomChatter : public console_bridge::OutputHandler {
@@ -203,7 +206,12 @@ Loaded<VehicleDescription> loadGuarded(const std::string& text, const std::strin
                                        const UrdfOptions& options) {
   // The passed-in functions are the caller's, and a file may be larger than the memory: neither may end the program.
   try {
-    return load(text, file, resolver, options);
+    Loaded<VehicleDescription> loaded = load(text, file, resolver, options);
+    if (const std::size_t count = loaded.problems.size(); count > kMostProblems) {
+      loaded.problems.resize(kMostProblems);
+      loaded.problems.push_back({file, "and " + std::to_string(count - kMostProblems) + " more problems"});
+    }
+    return loaded;
   } catch (const std::exception& error) {
     return {std::nullopt, {{file, std::string("loading stopped: ") + error.what()}}, {}};
   }

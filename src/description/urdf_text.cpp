@@ -21,6 +21,9 @@ std::string notXmlReason(const std::string& text) {
   if (isGitLfsPointer(text))
     return "this is a git-LFS pointer, not the file itself; run 'git lfs pull' where it came from";
   if (text.find('\0') != std::string::npos) return "the file holds zero bytes, so it is no text; allowed is a URDF";
+  // urdfdom's XML reader (TinyXML 2.6) waits for ever for the rest of such a character.
+  if (text.find('\xef', text.size() < 2 ? 0 : text.size() - 2) != std::string::npos)
+    return "the file ends in the middle of a character (byte 0xef); allowed is a URDF";
   return {};
 }
 
@@ -209,6 +212,27 @@ LinkText readLink(const XMLElement& element, const std::string& file, bool accep
   return link;
 }
 
+/// Far more than any vehicle has: what is worked out for all pairs of them stays a matter of seconds.
+void checkCounts(const UrdfText& urdf, const std::string& file, Problems& problems) {
+  std::size_t shapes = 0, moving = 0;
+  for (const LinkText& link : urdf.links) shapes += static_cast<std::size_t>(link.collision_count);
+  for (const JointText& joint : urdf.joints) moving += joint.type == "fixed" ? 0 : 1;
+  const auto check = [&](std::size_t count, const char* what, std::size_t most) {
+    if (count <= most) return;
+    problems.push_back({file, "has " + std::to_string(count) + " " + what + "; allowed are up to " + std::to_string(most)});
+  };
+  check(urdf.links.size(), "links", kMostLinks);
+  check(moving, "joints that move", kMostMovingJoints);
+  check(shapes, "collision shapes", kMostCollisionShapes);
+}
+
+/// What no reader of URDF expands; urdfdom and tinyxml2 leave it in the text, where it means something else.
+bool declaresEntities(const tinyxml2::XMLDocument& document) {
+  for (auto* node = document.FirstChild(); node; node = node->NextSibling())
+    if (node->ToUnknown() && std::string(node->Value()).find("<!ENTITY") != std::string::npos) return true;
+  return false;
+}
+
 /// urdfdom refuses the whole file for a material defined twice; it does not say where.
 void checkMaterials(const XMLElement& robot, const std::string& file, Problems& problems) {
   std::set<std::string> seen;
@@ -235,7 +259,12 @@ std::optional<UrdfText> readUrdfText(const std::string& text, const std::string&
     return std::nullopt;
   }
   tinyxml2::XMLDocument document;
-  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
+  const bool malformed = document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS;
+  if (declaresEntities(document) || (malformed && text.find("<!ENTITY") != std::string::npos)) {
+    problems.push_back({file, "declares entities (<!ENTITY>), which no reader of URDF expands; allowed is a URDF without"});
+    return std::nullopt;
+  }
+  if (malformed) {
     problems.push_back({placeText(file, document.ErrorLineNum(), "", ""),
                         "malformed XML: " + xmlErrorText(document) + "; allowed is a well-formed URDF"});
     return std::nullopt;
@@ -280,6 +309,9 @@ std::optional<UrdfText> readUrdfText(const std::string& text, const std::string&
       notes.push_back(placeText(file, e->GetLineNum(), "", "") + ": <" + tag + "> is ignored");
     }
   }
+  const std::size_t before = problems.size();
+  checkCounts(urdf, file, problems);
+  if (problems.size() > before) return std::nullopt;
   return urdf;
 }
 

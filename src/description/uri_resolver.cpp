@@ -3,9 +3,10 @@
 #include <tinyxml2.h>
 
 #include <algorithm>
-#include <algorithm>
 #include <filesystem>
 #include <utility>
+
+#include "ellipsoid_vehicle_sim/world/file_bytes.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {
@@ -20,8 +21,9 @@ std::optional<std::string> existingFile(const fs::path& path) {
 
 /// The name the package.xml in this folder gives; empty if there is none to read.
 std::string packageName(const fs::path& folder) {
+  const Loaded<std::string> xml = readFileBytes((folder / "package.xml").string(), "package", kLargestXmlFile);
   tinyxml2::XMLDocument document;
-  if (document.LoadFile((folder / "package.xml").string().c_str()) != tinyxml2::XML_SUCCESS) return {};
+  if (!xml || document.Parse(xml.value->data(), xml.value->size()) != tinyxml2::XML_SUCCESS) return {};
   const tinyxml2::XMLElement* package = document.FirstChildElement("package");
   const tinyxml2::XMLElement* name = package ? package->FirstChildElement("name") : nullptr;
   const char* text = name ? name->GetText() : nullptr;

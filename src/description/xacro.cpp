@@ -10,17 +10,16 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
+
+#include "ellipsoid_vehicle_sim/world/file_bytes.h"
 
 extern char** environ;
 
 namespace ellipsoid_vehicle_sim {
 namespace {
 
-constexpr int kPatience = 60;  // [s]
-constexpr std::size_t kLongest = 64u * 1024u * 1024u;
+constexpr int kPatience = 30;  // [s]
+constexpr std::size_t kLongestTail = 600;  // of what it says of an error
 
 struct Output {
   std::string text, errors;
@@ -52,7 +51,7 @@ Output runXacro(const std::string& path) {
   std::string* texts[2] = {&output.text, &output.errors};
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(kPatience);
   int open = output.found ? 2 : 0;
-  while (open > 0 && output.text.size() < kLongest) {
+  while (open > 0 && output.text.size() <= kLargestXmlFile) {
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
     if (left.count() <= 0) break;
     const int ready = poll(pipes, 2, static_cast<int>(left.count()));
@@ -63,6 +62,8 @@ Output runXacro(const std::string& path) {
       const ssize_t n = read(pipes[i].fd, buffer, sizeof buffer);
       if (n > 0) {
         texts[i]->append(buffer, static_cast<std::size_t>(n));
+        // Of what it complains of, the end counts.
+        if (i == 1 && texts[1]->size() > 64 * kLongestTail) texts[1]->erase(0, texts[1]->size() - kLongestTail);
       } else if (n == 0 || errno != EINTR) {
         pipes[i].fd = -1;
         --open;
@@ -83,7 +84,7 @@ Output runXacro(const std::string& path) {
 
 std::string lastLines(const std::string& text) {
   std::string flat;
-  for (const char c : text.substr(text.size() > 600 ? text.size() - 600 : 0)) flat += c == '\n' ? ' ' : c;
+  for (const char c : text.substr(text.size() > kLongestTail ? text.size() - kLongestTail : 0)) flat += c == '\n' ? ' ' : c;
   while (!flat.empty() && flat.back() == ' ') flat.pop_back();
   return flat.empty() ? "it gives no reason" : "it says: " + flat;
 }
@@ -96,27 +97,23 @@ bool isXacroFile(const std::string& path) {
 }
 
 Loaded<std::string> readVehicleText(const std::string& path) {
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error))
-    return {std::nullopt, {{path, "this is a folder; allowed is a URDF file"}}, {}};
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream)
-    return {std::nullopt, {{path, "the file does not exist or cannot be opened; allowed is a URDF file"}}, {}};
-  if (!isXacroFile(path)) {
-    std::ostringstream text;
-    text << stream.rdbuf();
-    return {text.str(), {}, {}};
-  }
+  Loaded<std::string> text = readFileBytes(path, "URDF", kLargestXmlFile);
+  for (Problem& problem : text.problems) problem.message += "; allowed is a URDF file";
+  if (!text || !isXacroFile(path)) return text;
   Output output = runXacro(path);
+  const auto refuse = [&path](const std::string& message) {
+    return Loaded<std::string>{std::nullopt, {{path, message}}, {}};
+  };
   if (!output.found)
-    return {std::nullopt,
-            {{path, "this is a xacro file, and there is no command xacro in the PATH to expand it; expand it where there is"
-                    " one, xacro FILE.xacro > FILE.urdf: the simulator reads plain URDF"}},
-            {}};
+    return refuse(
+        "this is a xacro file, and there is no command xacro in the PATH to expand it; expand it where there is one, xacro"
+        " FILE.xacro > FILE.urdf: the simulator reads plain URDF");
+  if (output.text.size() > kLargestXmlFile)
+    return refuse("xacro writes more than " + std::to_string(kLargestXmlFile) + " bytes for it, and was ended");
   if (!output.in_time)
-    return {std::nullopt, {{path, "xacro took longer than " + std::to_string(kPatience) + " s to expand it, and was ended"}}, {}};
+    return refuse("xacro took longer than " + std::to_string(kPatience) + " s to expand it, and was ended");
   if (!WIFEXITED(output.status) || WEXITSTATUS(output.status) != 0)
-    return {std::nullopt, {{path, "xacro cannot expand it; " + lastLines(output.errors)}}, {}};
+    return refuse("xacro cannot expand it; " + lastLines(output.errors));
   return {std::move(output.text), {}, {path + ": expanded by xacro; line numbers are those of its output"}};
 }
 

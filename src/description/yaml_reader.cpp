@@ -1,17 +1,48 @@
 #include "ellipsoid_vehicle_sim/description/yaml_reader.h"
 
+#include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <limits>
-#include <sstream>
 
 #include "ellipsoid_vehicle_sim/description/number_text.h"
+#include "ellipsoid_vehicle_sim/world/file_bytes.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {
 
-namespace fs = std::filesystem;
+constexpr std::size_t kDeepest = 100;
+
+bool isBlank(char c) { return c == ' ' || c == '\t'; }
+
+/// The line in which a YAML text is nested deeper than anything here is; 0: nowhere. Counted without reading it: open
+/// brackets (also those in quotes, of which nobody leaves a hundred open), and levels of a block, each of which begins
+/// further right than the one around it.
+int tooDeepLine(const std::string& text) {
+  int line = 0, brackets = 0;
+  std::vector<std::size_t> columns;  // where the open levels of block begin
+  for (std::size_t begin = 0; begin < text.size();) {
+    ++line;
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    std::size_t at = begin;
+    while (at < end && isBlank(text[at])) ++at;
+    if (at < end)
+      while (!columns.empty() && columns.back() >= at - begin) columns.pop_back();
+    while (at < end) {
+      columns.push_back(at - begin);
+      const bool opens = text[at] == '-' || text[at] == '?' || text[at] == ':';
+      if (!opens || at + 1 >= end || !isBlank(text[at + 1]) || columns.size() > kDeepest) break;
+      for (++at; at < end && isBlank(text[at]);) ++at;
+    }
+    for (; at < end; ++at) {
+      if (text[at] == '[' || text[at] == '{') ++brackets;
+      if ((text[at] == ']' || text[at] == '}') && brackets > 0) --brackets;
+      if (brackets + static_cast<int>(columns.size()) > static_cast<int>(kDeepest)) return line;
+    }
+    if (columns.size() > kDeepest) return line;
+    begin = end + 1;
+  }
+  return 0;
+}
 
 ParameterValue scalarOf(const YAML::Node& node) {
   const bool quoted = node.Tag() == "!";
@@ -45,24 +76,28 @@ std::optional<ParameterValue> parameterValue(const YAML::Node& node) {
   return std::nullopt;
 }
 
-std::optional<YAML::Node> YamlReader::open(const std::string& what) {
-  std::ifstream in(path_, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in || text.str().empty()) {
-    std::error_code error;
-    const std::string reason = fs::is_directory(path_, error) ? "is a folder, not a " + what + " file"
-                               : !fs::exists(path_, error)    ? "there is no such file"
-                                                              : "is empty, or cannot be read";
-    problems.push_back({path_, reason});
-    return std::nullopt;
+Loaded<YAML::Node> parseYaml(const std::string& text, const std::string& file) {
+  Loaded<YAML::Node> result;
+  if (const int line = tooDeepLine(text); line > 0) {
+    result.problems.push_back({file + ":" + std::to_string(line),
+                               "is nested deeper than " + std::to_string(kDeepest) + " levels; allowed are up to that"});
+    return result;
   }
   try {
-    return YAML::Load(text.str());
+    result.value = YAML::Load(text);
   } catch (const YAML::Exception& error) {
-    problems.push_back({path_ + ":" + std::to_string(error.mark.line + 1), "no YAML: " + error.msg});
+    const std::string line = error.mark.is_null() ? "" : ":" + std::to_string(error.mark.line + 1);
+    result.problems.push_back({file + line, "no YAML: " + error.msg});
   }
-  return std::nullopt;
+  return result;
+}
+
+std::optional<YAML::Node> YamlReader::open(const std::string& what) {
+  Loaded<std::string> text = readFileBytes(path_, what, kLargestYamlFile);
+  if (text && text.value->empty()) text = {std::nullopt, {{path_, "is empty, or cannot be read"}}, {}};
+  Loaded<YAML::Node> root = text ? parseYaml(*text.value, path_) : Loaded<YAML::Node>{std::nullopt, text.problems, {}};
+  problems.insert(problems.end(), root.problems.begin(), root.problems.end());
+  return root.value;
 }
 
 std::string YamlReader::text(const YAML::Node& value, const std::string& key) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 
 #include "ellipsoid_vehicle_sim/ros/conversions.h"
 
@@ -20,18 +21,25 @@ std::string lengthRefusal(const char* field, std::size_t length, std::size_t nam
          " names; allowed are none or one for each";
 }
 
+std::string sizeRefusal(std::initializer_list<double> values) {
+  for (const double value : values) {
+    if (!std::isfinite(value)) return "it is not finite";
+    if (std::abs(value) > kLargestCommand) return "it holds a value above 1e9, up or down";
+  }
+  return "";
+}
+
 }  // namespace
 
 std::string refusalOf(const geometry_msgs::Twist& m) {
   // Also what a ground vehicle does not look at: a NaN anywhere means that the sender is broken.
-  const double sum = m.linear.x + m.linear.y + m.linear.z + m.angular.x + m.angular.y + m.angular.z;
-  return std::isfinite(sum) ? "" : "it is not finite";
+  return sizeRefusal({m.linear.x, m.linear.y, m.linear.z, m.angular.x, m.angular.y, m.angular.z});
 }
 
 std::string refusalOf(const AckermannDriveStamped& m) {
-  if (!std::isfinite(m.steering_angle + m.steering_angle_velocity + m.speed + m.acceleration + m.jerk)) {
-    return "it is not finite";
-  }
+  const std::string refusal =
+      sizeRefusal({m.steering_angle, m.steering_angle_velocity, m.speed, m.acceleration, m.jerk});
+  if (!refusal.empty()) return refusal;
   if (m.steering_angle_velocity < 0.0F || m.acceleration < 0.0F || m.jerk < 0.0F) {
     return "steering_angle_velocity, acceleration and jerk are absolute bounds, and one is negative";
   }

@@ -9,9 +9,9 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 
 #include "ellipsoid_vehicle_sim/ros/conversions.h"
+#include "ellipsoid_vehicle_sim/world/file_bytes.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {
@@ -37,11 +37,9 @@ std::string writeFile(const std::string& path, const std::vector<std::uint8_t>& 
 }
 
 std::string readFile(const std::string& path, std::vector<std::uint8_t>& bytes) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return "'" + path + "' is no file";
-  std::ifstream in(path, std::ios::binary);
-  bytes.assign(std::istreambuf_iterator<char>(in), {});
-  return in.bad() || !in.is_open() ? "'" + path + "' cannot be read: " + std::strerror(errno) : "";
+  const Loaded<std::string> read = readFileBytes(path, "state", kLargestXmlFile);
+  if (read) bytes.assign(read.value->begin(), read.value->end());
+  return read ? "" : "'" + path + "' " + read.problems.front().message;
 }
 
 ContactCandidate toCandidate(const CandidateReport& report, const Terrain& terrain) {

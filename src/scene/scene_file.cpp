@@ -324,12 +324,9 @@ Loaded<Scene> sceneOf(const std::string& vehicle, const std::string& world, cons
 Problems overrideParameter(Scene& scene, const std::string& key, const std::string& yaml_value,
                            const std::string& where) {
   const auto table = simConfigParameters();
-  std::optional<ParameterValue> value;
-  try {
-    value = parameterValue(YAML::Load(yaml_value));
-  } catch (const YAML::Exception& error) {
-    return {{where + key, "'" + yaml_value + "' is no YAML value: " + error.msg}};
-  }
+  const Loaded<YAML::Node> parsed = parseYaml(yaml_value, where + key);
+  if (!parsed) return {{where + key, "'" + yaml_value + "' is no YAML value: " + parsed.problems.front().message}};
+  const std::optional<ParameterValue> value = parameterValue(*parsed.value);
   if (!value) return {{where + key, "'" + yaml_value + "' is nothing a parameter can be"}};
   ParameterValues one = {{key, *value}};
   Problems problems = takeParameters(table, where, one, scene.config);

@@ -1,6 +1,7 @@
 // Requests for single joints: what each joint can be asked for, and why not.
 
 #include <cmath>
+#include <cstdio>
 #include <set>
 
 #include "ellipsoid_vehicle_sim/vehicle/drive.h"
@@ -13,6 +14,11 @@ std::string refusalOf(const JointRequest& request) {
     return "no position, velocity or effort is given for it";
   for (const auto& value : {request.position, request.velocity, request.effort}) {
     if (value && !std::isfinite(*value)) return "is asked for " + std::to_string(*value) + ", which is not finite";
+    if (value && std::abs(*value) > kLargestCommand) {
+      char text[32];
+      std::snprintf(text, sizeof text, "%.3g", *value);
+      return std::string("is asked for ") + text + "; allowed is up to 1e9, up or down";
+    }
   }
   return "";
 }

@@ -288,8 +288,10 @@ Problems Simulator::place(const Pose& X_WR, const Vector3d& v_WR_W, const Vector
 void Simulator::reset() { impl_->restart(); }
 
 bool Simulator::command(const DriveCommand& command) {
-  const auto bound = [](double value) { return std::isfinite(value) && value >= 0.0; };
-  if (!std::isfinite(command.speed) || !std::isfinite(command.yaw_rate) || !std::isfinite(command.steering_angle) ||
+  // Written so that NaN fails it.
+  const auto usable = [](double value) { return std::abs(value) <= kLargestCommand; };
+  const auto bound = [](double value) { return value >= 0.0 && value <= kLargestCommand; };
+  if (!usable(command.speed) || !usable(command.yaw_rate) || !usable(command.steering_angle) ||
       !bound(command.steering_angle_velocity) || !bound(command.acceleration) || !bound(command.jerk)) {
     ++impl_->events.rejected_commands;
     return false;

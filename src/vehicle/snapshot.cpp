@@ -6,6 +6,7 @@
 
 #include "ellipsoid_vehicle_sim/vehicle/parameter_table.h"
 #include "fnv_hash.h"
+#include "state_check.h"
 #include "state_fields.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -13,6 +14,7 @@ namespace {
 
 constexpr const char* kMark = "ellipsoid_vehicle_sim state";
 constexpr std::uint64_t kVersion = 3;
+constexpr double kLargestFrictionScale = 1e6;
 
 /// What a snapshot belongs to.
 struct Identity {
@@ -122,19 +124,6 @@ class FieldReader {
   ByteReader& in_;
   bool fits_ = true;
 };
-
-/// Whether every index that a step would follow leads somewhere.
-bool isUsable(const VehicleState& state, const Simulator& simulator) {
-  if (!state.motion.allFinite()) return false;
-  for (const ContactMemory& memory : state.memory) {
-    if (memory.count < 0 || memory.count > kMaxContactsPerEllipsoid) return false;
-    for (int i = 0; i < memory.count; ++i) {
-      const int triangle = memory.carried[static_cast<std::size_t>(i)].triangle;
-      if (triangle < 0 || triangle >= simulator.terrain().triangleCount()) return false;
-    }
-  }
-  return true;
-}
 
 std::uint64_t checksum(const std::uint8_t* begin, const std::uint8_t* end) {
   FnvHash hash;
@@ -306,9 +295,12 @@ Loaded<Snapshot> fromBytes(const std::vector<std::uint8_t>& bytes, const Simulat
   snapshot.friction_scale = in.number();
   snapshot.extra = in.block();
   if (!fields.fits() || !in.ok() || !in.atEnd()) return refuse("does not fit this vehicle");
-  if (!isUsable(snapshot.state, simulator) || !isUsable(snapshot.home, simulator) ||
-      !(snapshot.friction_scale >= 0.0 && std::isfinite(snapshot.friction_scale)))
-    return refuse("holds values that no state can have");
+  for (const VehicleState* state : {&snapshot.state, &snapshot.home}) {
+    const std::string fault = faultOf(*state, simulator);
+    if (!fault.empty()) return refuse("holds values that no state can have: " + fault);
+  }
+  if (!(snapshot.friction_scale >= 0.0 && snapshot.friction_scale <= kLargestFrictionScale))
+    return refuse("holds values that no state can have: a friction scale of " + std::to_string(snapshot.friction_scale));
   result.value = std::move(snapshot);
   return result;
 }

@@ -41,10 +41,12 @@ class ObjReader {
     }
     if (!result_.problems.empty()) return std::move(result_);
     std::size_t begin = 0;
+    PolygonCutter cutter;
     for (const std::size_t end : polygon_ends_) {
-      appendPolygon(mesh_.vertices, corners_.data() + begin, end - begin, mesh_.triangles);
+      cutter.append(mesh_.vertices, corners_.data() + begin, end - begin, mesh_.triangles);
       begin = end;
     }
+    if (cutter.fanned() > 0) note(path_ + ": " + fannedNote(cutter.fanned()));
     if (points_and_lines_ > 0) note(path_ + ": " + std::to_string(points_and_lines_) + " points and lines ignored");
     if (unknown_ > 0) note(first_unknown_ + " is not known, ignored (" + std::to_string(unknown_) + " lines such)");
     result_.value = std::move(mesh_);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstring>
+#include <limits>
 
 #include "mesh_readers.h"
 #include "vertex_welder.h"
@@ -12,6 +13,7 @@ namespace ellipsoid_vehicle_sim {
 namespace {
 
 constexpr std::size_t kHeader = 84, kFacet = 50;
+constexpr std::uint64_t kReadBehind = 1u << 20;  // of what follows the triangles, to tell how much it is
 constexpr std::uint64_t kMostTriangles = 0xffffffffu / 3u;
 
 /// Little-endian, whatever the machine is.
@@ -58,7 +60,8 @@ Loaded<MeshData> readBinary(const std::string& text, const std::string& path) {
     return result;
   }
   if (text.size() != kHeader + kFacet * announced) {
-    result.notes.push_back(path + ": " + std::to_string(text.size() - kHeader - kFacet * announced) +
+    const std::uint64_t behind = text.size() - kHeader - kFacet * announced;
+    result.notes.push_back(path + ": " + (behind < kReadBehind ? "" : "at least ") + std::to_string(behind) +
                            " bytes after the last triangle ignored");
   }
   MeshData mesh;
@@ -130,6 +133,11 @@ Loaded<MeshData> readText(const std::string& text, const std::string& path) {
 }
 
 }  // namespace
+
+std::uintmax_t bytesOfStl(const std::string& head) {
+  if (looksLikeText(head) || head.size() < kHeader) return std::numeric_limits<std::uintmax_t>::max();
+  return kHeader + kFacet * std::uintmax_t{unsignedAt(head, 80)} + kReadBehind;
+}
 
 Loaded<MeshData> readStl(const std::string& text, const std::string& path) {
   const bool fits = text.size() >= kHeader && text.size() == kHeader + kFacet * std::uint64_t{unsignedAt(text, 80)};

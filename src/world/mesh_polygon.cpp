@@ -30,11 +30,13 @@ std::vector<Vector2d> flattened(const std::vector<Eigen::Vector3d>& vertices, co
   return flat;
 }
 
-bool isEar(const std::vector<Vector2d>& flat, const std::vector<std::size_t>& left, std::size_t i) {
+bool isEar(const std::vector<Vector2d>& flat, const std::vector<std::size_t>& left, std::size_t i,
+           std::int64_t& patience) {
   const std::size_t n = left.size();
   const Vector2d &a = flat[left[(i + n - 1) % n]], &b = flat[left[i]], &c = flat[left[(i + 1) % n]];
+  --patience;
   if (cross(a, b, c) <= 0.0) return false;
-  for (std::size_t k = 2; k + 1 < n; ++k) {
+  for (std::size_t k = 2; k + 1 < n; ++k, --patience) {
     const Vector2d& p = flat[left[(i + k) % n]];
     const bool inside = cross(a, b, p) >= 0.0 && cross(b, c, p) >= 0.0 && cross(c, a, p) >= 0.0;
     if (inside && p != a && p != b && p != c) return false;
@@ -54,8 +56,8 @@ bool isConvex(const std::vector<Vector2d>& flat) {
 
 }  // namespace
 
-void appendPolygon(const std::vector<Eigen::Vector3d>& vertices, const std::uint32_t* corners, std::size_t count,
-                   std::vector<std::array<std::uint32_t, 3>>& triangles) {
+void PolygonCutter::append(const std::vector<Eigen::Vector3d>& vertices, const std::uint32_t* corners,
+                           std::size_t count, std::vector<std::array<std::uint32_t, 3>>& triangles) {
   if (count == 3) {
     triangles.push_back({corners[0], corners[1], corners[2]});
     return;
@@ -64,19 +66,20 @@ void appendPolygon(const std::vector<Eigen::Vector3d>& vertices, const std::uint
   std::vector<std::size_t> left(count);
   for (std::size_t i = 0; i < count; ++i) left[i] = i;
   if (!isConvex(flat)) {
-    // Cutting an ear takes n steps and finding one up to n of those: far beyond what a mesh has, a fan must do.
+    // Testing an ear takes n steps and finding one up to n of those: far beyond what a mesh has, a fan must do.
     constexpr std::size_t kMostCorners = 1000;
     bool found = count <= kMostCorners;
-    while (found && left.size() > 3) {
+    while (found && left.size() > 3 && patience_ > 0) {
       found = false;
-      for (std::size_t i = 0; i < left.size() && !found; ++i) {
-        if (!isEar(flat, left, i)) continue;
+      for (std::size_t i = 0; i < left.size() && !found && patience_ > 0; ++i) {
+        if (!isEar(flat, left, i, patience_)) continue;
         const std::size_t n = left.size();
         triangles.push_back({corners[left[(i + n - 1) % n]], corners[left[i]], corners[left[(i + 1) % n]]});
         left.erase(left.begin() + static_cast<std::ptrdiff_t>(i));
         found = true;
       }
     }
+    if (count > kMostCorners || patience_ <= 0) ++fanned_;
   }
   for (std::size_t i = 1; i + 1 < left.size(); ++i) {
     triangles.push_back({corners[left[0]], corners[left[i]], corners[left[i + 1]]});

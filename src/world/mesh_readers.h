@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,16 +17,26 @@ namespace ellipsoid_vehicle_sim {
 /// Readers of single formats: `text` is the whole file, `path` is for messages. They need not check for nan or an empty
 /// mesh, readMeshFile does.
 Loaded<MeshData> readStl(const std::string& text, const std::string& path);
+/// How many bytes of an STL file are worth reading, seen from its first 64 KiB: all of a text, of a binary one its triangles
+/// and some of what is behind them.
+std::uintmax_t bytesOfStl(const std::string& head);
 Loaded<MeshData> readObj(const std::string& text, const std::string& path);
+Loaded<MeshData> readDae(const std::string& text, const std::string& path);
 
-/// What assimp would not survive or not notice: <instance_node> that contains itself, absurd nesting, a bad unit,
-/// negative indices, instances of nothing.
-Problems checkDae(const std::string& text, const std::string& path);
+/// Cuts polygons into triangles.
+class PolygonCutter {
+ public:
+  /// Appends the count - 2 triangles of a polygon of `count` >= 3 corners, in its own sense; concave ones are cut along
+  /// diagonals inside. Of a polygon that is no simple one (crossing itself, of no area), all are still there somehow.
+  void append(const std::vector<Eigen::Vector3d>& vertices, const std::uint32_t* corners, std::size_t count,
+              std::vector<std::array<std::uint32_t, 3>>& triangles);
+  /// Concave polygons cut as if they were convex, because looking for their diagonals took too long.
+  std::size_t fanned() const { return fanned_; }
 
-/// Appends the count - 2 triangles of a polygon of `count` >= 3 corners, in its own sense; concave ones are cut along
-/// diagonals inside. Of a polygon that is no simple one (crossing itself, of no area), all are still there somehow.
-void appendPolygon(const std::vector<Eigen::Vector3d>& vertices, const std::uint32_t* corners, std::size_t count,
-                   std::vector<std::array<std::uint32_t, 3>>& triangles);
+ private:
+  std::int64_t patience_ = 300'000'000;  ///< corners looked at; a second or so for a whole file.
+  std::size_t fanned_ = 0;
+};
 
 /// Reads numbers with a decimal point whatever the locale of the program is. (std::from_chars for double needs GCC 11.)
 class NumberReader {
@@ -63,13 +74,14 @@ class WordReader {
 
   /// Next word of this line; empty at its end. A backslash at the end of a line joins the next one to it.
   std::string_view wordOfLine() {
-    while (at_ < text_.size() && isBlank(text_[at_]) && !isEnd(text_[at_])) ++at_;
-    if (at_ < text_.size() && text_[at_] == '\\' && (at_ + 1 == text_.size() || isEnd(text_[at_ + 1]))) {
+    for (;;) {
+      while (at_ < text_.size() && isBlank(text_[at_]) && !isEnd(text_[at_])) ++at_;
+      const bool goes_on =
+          at_ < text_.size() && text_[at_] == '\\' && (at_ + 1 == text_.size() || isEnd(text_[at_ + 1]));
+      if (!goes_on) return take();
       ++at_;
       if (at_ < text_.size()) skipOne();
-      return wordOfLine();
     }
-    return take();
   }
 
   /// Goes to the start of the next line; false at the end of the text.
@@ -107,6 +119,10 @@ inline std::string inQuotes(std::string_view word) {
   std::string clean;
   for (const char c : word.substr(0, 40)) clean += static_cast<unsigned char>(c) < 32 ? '?' : c;
   return "'" + clean + (word.size() > 40 ? "..." : "") + "'";
+}
+
+inline std::string fannedNote(std::size_t polygons) {
+  return std::to_string(polygons) + " concave polygons have too many corners to cut along diagonals inside: cut as fans";
 }
 
 inline std::string atLine(const std::string& path, int line) { return path + ":" + std::to_string(line); }

@@ -296,7 +296,7 @@ class Interface(unittest.TestCase):
         state[len(state) // 2] ^= 4
         before = self.sim.hash()
         for reason, data, file in (("checksum is wrong", bytes(state), ""), ("is no saved state", b"nonsense", ""),
-                                   ("is no file", b"", "/no/such/file"), ("either a state or a file", b"", "")):
+                                   ("no such file", b"", "/no/such/file"), ("either a state or a file", b"", "")):
             response = self.sim.call("restore_state", RestoreState, data, file)
             self.assertFalse(response.success)
             self.assertIn(reason, response.message)

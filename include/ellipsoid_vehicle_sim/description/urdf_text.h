@@ -96,6 +96,9 @@ constexpr double kSmallestLength = 1e-9;
 constexpr double kLargestMass = 1e9;
 constexpr double kLargestInertia = 1e15;
 constexpr double kLargestNumber = 1e15;
+constexpr std::size_t kMostLinks = 1000;
+constexpr std::size_t kMostMovingJoints = 100;
+constexpr std::size_t kMostCollisionShapes = 1000;
 
 /// Reads `text`; `file` stands in messages only. Without a value nothing could be made of the text at all (not XML, no
 /// <robot>); otherwise there is a value and, beside it, every problem found: unlike elsewhere both may be there, so

@@ -22,6 +22,10 @@ struct NumberRange {
 /// parameter can be: nothing, a dictionary, a mixed list.
 std::optional<ParameterValue> parameterValue(const YAML::Node& node);
 
+/// A YAML text as a node; a problem where it is no YAML, or nested deeper than 100 levels (some versions of yaml-cpp follow
+/// any depth until the stack ends). `file` stands in messages.
+Loaded<YAML::Node> parseYaml(const std::string& text, const std::string& file);
+
 /// Strict reading of a YAML file: nothing is taken for something else, every problem carries file and line, and reading
 /// goes on after one so that all are told at once.
 class YamlReader {

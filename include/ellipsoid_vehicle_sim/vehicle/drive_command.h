@@ -6,6 +6,9 @@
 
 namespace ellipsoid_vehicle_sim {
 
+/// Anything larger that is asked for is nonsense, and dropped [SI]: no vehicle has it, and its products might overflow.
+constexpr double kLargestCommand = 1e9;
+
 /// What the driver asks of the vehicle as a whole. Forward speed of the drive's reference point and yaw rate, or forward
 /// speed and the angle of the virtual front wheel. Zero speed and zero yaw rate mean brake.
 struct DriveCommand {

@@ -116,8 +116,8 @@ class Simulator {
   /// Back to the last setDown or place: everything except the clock, bit for bit.
   void reset();
 
-  /// A new command, in force from the next step until it is older than command_timeout. False: not finite or a negative
-  /// bound, dropped, counted.
+  /// A new command, in force from the next step until it is older than command_timeout. False: not finite, beyond
+  /// kLargestCommand or a negative bound: dropped, counted.
   bool command(const DriveCommand& command);
   /// Commands for single joints, in force likewise; a joint obeys its own before the vehicle's. All or none: problems say
   /// why none, and are counted. A joint on a path holds where it is when its command gets too old.

@@ -24,11 +24,13 @@ struct MeshData {
 ///  - Polygons are cut into triangles, concave ones too. Points, lines, materials and textures are ignored, with a
 ///  note.
 ///  - A binary STL may begin with "solid": the length decides.
-/// STL and OBJ are read here, in double precision and with line numbers; DAE through assimp, in float.
-/// (No PLY: assimp 5.2 never returns from one that is cut off in its header.)
+/// All are read here, in double precision and with line numbers, and not by assimp as RViz does: mesh_file_*.cpp say why.
 /// Never throws and gives one problem that names the file, and the line or triangle, for: no such file, a folder, an
 /// unknown extension, a git-lfs pointer, a file that is cut off or announces more than it holds, a number that is none,
 /// nan or infinite, an index out of range, no triangles.
 Loaded<MeshData> readMeshFile(const std::string& path);
+
+/// The same from bytes; `name` stands for the file in messages, and its extension says what they are.
+Loaded<MeshData> readMeshBytes(const std::string& bytes, const std::string& name);
 
 }  // namespace ellipsoid_vehicle_sim
