@@ -57,6 +57,15 @@ set_source_files_properties(src/contact/candidate_filter.cpp PROPERTIES
 # Pairs made of a 3-vector's parts cost more shuffles than they save: a near miss takes 14 ns without them, 16 with.
 set_source_files_properties(src/geometry/minimum_translation.cpp PROPERTIES
   COMPILE_OPTIONS -fno-tree-slp-vectorize SKIP_PRECOMPILE_HEADERS ON)
+# Fleets on several cores: oneTBB where it is found. Its CMake files are not packaged everywhere (Ubuntu 20.04 has none).
+find_path(tbb_INCLUDE_DIR tbb/parallel_for.h)
+find_library(tbb_LIBRARY tbb)
+if(tbb_INCLUDE_DIR AND tbb_LIBRARY)
+  target_link_libraries(${PROJECT_NAME}_core PRIVATE ${tbb_LIBRARY})
+  set_source_files_properties(src/vehicle/workers.cpp PROPERTIES COMPILE_DEFINITIONS ELLIPSOID_VEHICLE_SIM_HAS_TBB)
+else()
+  message(STATUS "oneTBB not found (libtbb-dev): fleets run on one core")
+endif()
 set_target_properties(${PROJECT_NAME}_core PROPERTIES EXPORT_NAME core)
 add_library(${PROJECT_NAME}::core ALIAS ${PROJECT_NAME}_core)
 

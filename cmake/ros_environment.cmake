@@ -46,7 +46,8 @@ endif()
 if(with_ros)
   # Own messages and services, and what may change while running; catkin wants them before catkin_package().
   add_message_files(FILES ContactCandidate.msg ContactState.msg ContactStates.msg ParameterChange.msg)
-  add_service_files(FILES ExplainContact.srv RestoreState.srv SaveState.srv SetPose.srv Step.srv)
+  add_service_files(FILES ExplainContact.srv Remove.srv RestoreState.srv SaveState.srv SetPose.srv
+    Spawn.srv Step.srv)
   generate_messages(DEPENDENCIES geometry_msgs std_msgs)
   generate_dynamic_reconfigure_options(cfg/Running.cfg)
   # Both hand the folder of the generated headers to every target; the core shall not see it.

@@ -34,7 +34,7 @@ install(PROGRAMS scripts/plot_trade_off DESTINATION ${package_share}/scripts)
 
 if(with_ros)
   # Python programs run by roslaunch and rosrun; catkin makes them callable from the build tree too.
-  catkin_install_python(PROGRAMS scripts/path_follower scripts/place_vehicle scripts/plot_run scripts/scripted_driver
+  catkin_install_python(PROGRAMS scripts/convoy_follower scripts/path_follower scripts/place_vehicle scripts/plot_run scripts/scripted_driver
     scripts/square_driver scripts/teleop_keyboard scripts/vehicle_description scripts/wheel_speed_controller
     DESTINATION ${package_programs})
   install(PROGRAMS scripts/record_bag DESTINATION ${package_programs})

@@ -30,9 +30,16 @@ QUIET = 1.0  # [s] of wall time without a change on the screen: RViz draws at 30
 class Scene:
     """What to show: a drive, where to look from, and at which simulated times."""
 
-    def __init__(self, vehicle, world, view, drive, times, size, start=None, changes=()):
+    def __init__(self, vehicle, world, view, drive, times, size, start=None, changes=(), first=""):
+        """first: name space of the vehicle that this program drives, of the convoy; "": there is one vehicle."""
         self.vehicle, self.world, self.view, self.drive, self.times = vehicle, world, view, drive, times
-        self.size, self.start, self.changes = size, start, changes
+        self.size, self.start, self.changes, self.first = size, start, changes, first
+
+    def launch(self):
+        arguments = ["world:=" + self.world, "lockstep:=true", "real_time_factor:=0"]
+        if self.first:
+            return ["convoy.launch", "driver:=false", "rviz:=false"] + arguments
+        return ["simulator.launch", "vehicle:=" + self.vehicle] + arguments
 
 
 def steady(speed, yaw_rate=0.0):
@@ -49,6 +56,9 @@ SCENES = {
     "course.png": Scene("car", "course", "drive", steady(4.0), [4.5], (760, 460),
                         changes=[("Distance: 9", "Distance: 8"), ("Pitch: 0.35", "Pitch: 0.4"), ("Yaw: 3.8", "Yaw: 3.9")]),
     "contacts.png": Scene("car", "course", "contacts", skid, [4.0], (760, 460), start=[60.0, -16.0, math.pi]),
+    # The first of the four comes off the kerb.
+    "convoy.png": Scene("", "course", "convoy", steady(3.0), [6.0], (760, 460), first="/alpha/",
+                        changes=[("Distance: 22", "Distance: 23"), ("Pitch: 0.35", "Pitch: 0.4"), ("Yaw: 3.8", "Yaw: 4.1")]),
     "drive.gif": Scene("car", "course", "drive", steady(5.0), [0.6 + 0.1 * k for k in range(60)], (560, 340),
                        changes=[("Distance: 9", "Distance: 8.5"), ("Pitch: 0.35", "Pitch: 0.3")]),
 }
@@ -57,13 +67,13 @@ SCENES = {
 class Commander:
     """Answers odom with commands, one for each; what it does not answer stands still."""
 
-    def __init__(self):
+    def __init__(self, namespace):
         self._arrived = threading.Condition()
         self._messages = []
-        self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=100, tcp_nodelay=True)
+        self._publisher = rospy.Publisher(namespace + "cmd_vel", Twist, queue_size=100, tcp_nodelay=True)
         # A command sent before the simulator has connected would be lost, and lockstep would wait for it for ever.
         wait_until(lambda: self._publisher.get_num_connections() > 0, "the simulator to listen to cmd_vel")
-        self._subscriber = rospy.Subscriber("odom", Odometry, self._take, queue_size=100, tcp_nodelay=True)
+        self._subscriber = rospy.Subscriber(namespace + "odom", Odometry, self._take, queue_size=100, tcp_nodelay=True)
 
     def _take(self, message):
         with self._arrived:
@@ -138,21 +148,21 @@ def settled(screen, wanted):
 
 def pictures_of(scene, folder, wanted=has_sky):
     """One picture for each time of the scene; each is waited for until wanted(picture)."""
-    arguments = ["vehicle:=" + scene.vehicle, "world:=" + scene.world, "lockstep:=true", "real_time_factor:=0"]
     if scene.start:
         rospy.set_param("/simulator/start", scene.start)
     log = open(os.path.join(folder, "output"), "a")
     with VirtualScreen(*scene.size) as screen:
-        simulator = subprocess.Popen(["roslaunch", "--wait", "ellipsoid_vehicle_sim", "simulator.launch"] + arguments,
+        simulator = subprocess.Popen(["roslaunch", "--wait", "ellipsoid_vehicle_sim"] + scene.launch(),
                                      stdout=log, stderr=log)
         rviz = None
         commander = None
         try:
-            commander = Commander()
+            commander = Commander(scene.first)
             first = commander.next_odom()
             rviz = subprocess.Popen(["rviz", "--fullscreen", "-d", view_file(scene, folder), "__name:=rviz"],
                                     env=screen.environment(), stdout=log, stderr=log)
-            for topic in ("/contact_markers", "/collision_shapes", "/world"):
+            own = scene.first or "/"
+            for topic in (own + "contact_markers", own + "collision_shapes", "/world"):
                 wait_until(lambda: subscribed(topic, "/rviz"), "RViz to subscribe %s" % topic)
             settled(screen, has_sky)
             result, odom, start = [], first, first.header.stamp.to_sec()

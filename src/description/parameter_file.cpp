@@ -6,9 +6,20 @@
 namespace ellipsoid_vehicle_sim {
 
 Loaded<ParameterValues> readParameterFile(const std::string& path) {
-  Loaded<ParameterValues> result;
   const Loaded<std::string> text = readFileBytes(path, "parameter", kLargestYamlFile);
-  const Loaded<YAML::Node> parsed = text ? parseYaml(*text.value, path) : Loaded<YAML::Node>{std::nullopt, text.problems, {}};
+  if (text) return readParameterText(*text.value, path);
+  Loaded<ParameterValues> result;
+  result.problems = text.problems;
+  return result;
+}
+
+Loaded<ParameterValues> readParameterText(const std::string& text, const std::string& path) {
+  Loaded<ParameterValues> result;
+  if (text.size() > kLargestYamlFile) {
+    result.problems.push_back({path, "is larger than any parameters are"});
+    return result;
+  }
+  const Loaded<YAML::Node> parsed = parseYaml(text, path);
   result.problems = parsed.problems;
   if (!parsed) return result;
   const YAML::Node& root = *parsed.value;

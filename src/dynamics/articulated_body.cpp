@@ -340,6 +340,20 @@ double ArticulatedBody::kineticEnergy(const Vec3& v_B) const {
   return 0.5 * twice;
 }
 
+Spatial ArticulatedBody::momentum(const Vec3& v_B) const {
+  Spatial sum;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const BodyKinematics& k = kinematics_[i];
+    const RigidInertia& inertia = bodies_[i].inertia;
+    const Vec3 c = k.p_OB + fromFrame(k.R_OB, Vec3::from(inertia.p_Acm));
+    const Vec3 spin = fromFrame(k.R_OB, Symmetric3::from(inertia.I_cm_A) * toFrame(k.R_OB, k.velocity.angular));
+    const Vec3 p = inertia.mass * (v_B + k.velocity.linear + cross(k.velocity.angular, c));
+    sum.linear += p;
+    sum.angular += spin + cross(c, p);
+  }
+  return sum;
+}
+
 Vec3 ArticulatedBody::massMoment() const {
   Vec3 moment{0.0, 0.0, 0.0};
   for (std::size_t i = 0; i < bodies_.size(); ++i) {

@@ -5,11 +5,12 @@
 namespace ellipsoid_vehicle_sim {
 
 visualization_msgs::MarkerArray collisionShapeMarkers(const std::vector<EllipsoidPlacement>& ellipsoids,
-                                                      const std::set<std::string>& drawn_links) {
+                                                      const std::set<std::string>& drawn_links,
+                                                      const std::string& prefix) {
   visualization_msgs::MarkerArray markers;
   for (const EllipsoidPlacement& ellipsoid : ellipsoids) {
     visualization_msgs::Marker marker;
-    marker.header.frame_id = ellipsoid.link;  // stamp 0: wherever the link is now
+    marker.header.frame_id = prefix + ellipsoid.link;  // stamp 0: wherever the link is now
     marker.ns = drawn_links.count(ellipsoid.link) > 0 ? "drawn " : "";
     marker.ns += ellipsoid.ground_wheel ? "wheels" : "bodies";
     marker.id = static_cast<int>(markers.markers.size());

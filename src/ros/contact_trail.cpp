@@ -22,6 +22,7 @@ bool ContactTrail::update(const std::vector<ContactReport>& contacts, const ros:
   bool changed = false;
   std::map<int, End> ends;
   for (const ContactReport& contact : contacts) {
+    if (contact.triangle < 0) continue;  // another vehicle: no track on the ground
     if (ends.count(contact.ellipsoid) > 0) continue;  // the first of an ellipsoid's contacts is the one that carries
     const Eigen::Vector3d p = contact.p_WC + kLiftShare * spacing_ * contact.nhat_W;
     End end{p, contact.sliding};

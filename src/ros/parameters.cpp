@@ -54,7 +54,7 @@ void checkTogether(const NodeParameters& parameters, Problems& problems) {
     topics.push_back(topic);
   }
   if (options.lockstep && topics.empty()) problems.push_back({"~lockstep_topics", "is empty: nothing to wait for"});
-  if (options.odometry == OdometrySource::kTruth && !options.world_frame.empty() &&
+  if (!options.named && options.odometry == OdometrySource::kTruth && !options.world_frame.empty() &&
       options.world_frame != options.odom_frame) {
     problems.push_back({"~world_frame", "'" + options.world_frame + "' is not odom_frame '" + options.odom_frame +
                                             "': with odometry: truth they are one frame"});
@@ -63,6 +63,9 @@ void checkTogether(const NodeParameters& parameters, Problems& problems) {
     problems.push_back(
         {"~world_frame",
          "'" + options.odom_frame + "' is odom_frame too: with odometry: encoders they are two, which drift apart"});
+  }
+  if (options.threads != std::floor(options.threads)) {
+    problems.push_back({"~threads", "'" + valueText(options.threads) + "' is no whole number"});
   }
   if (options.noise_seed != std::floor(options.noise_seed)) {
     problems.push_back({"~noise_seed", "'" + valueText(options.noise_seed) + "' is no whole number"});
@@ -77,6 +80,24 @@ void checkTogether(const NodeParameters& parameters, Problems& problems) {
 }
 
 }  // namespace
+
+NodeOptions optionsOfNamed(const std::string& name) {
+  NodeOptions options;
+  options.named = true;
+  options.tf_prefix = name + "/";
+  options.world_frame = "map";
+  options.publish_link_tf = true;
+  options.publish_world_tf = true;
+  return options;
+}
+
+const std::vector<std::string>& nodeWideKeys() {
+  static const std::vector<std::string> keys = {
+      "vehicles",  "threads",   "world",       "clock",           "clock_rate",       "publish_rate", "imu_rate",
+      "marker_rate", "marker_scale", "real_time_factor", "friction_scale", "lockstep", "lockstep_timeout", "duration",
+      "world_marker_limit", "gazebo_services", "summary_file", "record_folder", "record_rate"};
+  return keys;
+}
 
 std::string worldFrameOf(const NodeOptions& options) {
   if (!options.world_frame.empty()) return options.world_frame;
@@ -94,6 +115,11 @@ ParameterTable<NodeOptions> nodeParameters() {
                     "Folders searched for NAME of package://NAME/... before ROS is asked. Not given: the vehicle's."),
       textParameter("world", &O::world,
                     "Name of a shipped world, or path of a mesh (STL, OBJ, DAE) or of a world YAML."),
+      listParameter("vehicles", "", 0, &O::vehicles,
+                    "Names of several vehicles: each has its topics, services and frames under its name, and its own "
+                    "parameters under ~NAME, over the common ones. Not given: one vehicle, without a name."),
+      numberParameter("threads", "-", 0.0, 256.0, &O::threads,
+                      "Cores that several vehicles are spread over, whole; 0: all. Changes no result by a bit."),
       listParameter("drive_joints", "", 0, &O::drive_joints,
                     "The driven wheels, all of them. Not given: found out from the URDF, and logged."),
       listParameter(
@@ -119,10 +145,14 @@ ParameterTable<NodeOptions> nodeParameters() {
                     "odometry: encoders."),
       textParameter("base_frame", &O::base_frame,
                     "Frame of the vehicle; only the URDF's root link can be it. Not given: that link."),
+      textParameter("tf_prefix", &O::tf_prefix,
+                    "Stands before odom_frame and the frames of all links. Not given: NAME/ with vehicles, else nothing."),
       flagParameter("publish_tf", &O::publish_tf, "Send odom_frame -> base_frame to tf, as odom says."),
+      flagParameter("publish_link_tf", &O::publish_link_tf,
+                    "Send the links too, as robot_state_publisher would. Not given: true with vehicles, else false."),
       flagParameter("publish_world_tf", &O::publish_world_tf,
                     "With odometry: encoders, send world_frame -> odom_frame too, so that the sum is true: what a "
-                    "perfect localisation would do."),
+                    "perfect localisation would do. With vehicles: true unless given."),
       choiceParameter<O, OdometrySource>(
           "odometry", {{"truth", OdometrySource::kTruth}, {"encoders", OdometrySource::kEncoders}}, &O::odometry,
           "truth: odom is where the vehicle is. encoders: dead reckoning on a plane from wheel speeds and steering, "
@@ -227,7 +257,15 @@ Loaded<ParameterValues> readParameterServer(const ros::NodeHandle& nh_priv) {
   ParameterValues values;
   XmlRpc::XmlRpcValue all;
   if (ros::param::get(nh_priv.getNamespace(), all) && all.getType() == XmlRpc::XmlRpcValue::TypeStruct) {
+    // Below the names of vehicles stands what is theirs.
+    std::vector<std::string> names;
+    if (all.hasMember("vehicles")) {
+      const auto list = fromXmlRpc(all["vehicles"]);
+      if (list && std::holds_alternative<std::vector<std::string>>(*list)) names = std::get<std::vector<std::string>>(*list);
+    }
     for (auto& [key, value] : all) {
+      const bool theirs = std::find(names.begin(), names.end(), key) != names.end();
+      if (theirs && value.getType() == XmlRpc::XmlRpcValue::TypeStruct) continue;
       if (auto known = fromXmlRpc(value)) {
         values.emplace(key, std::move(*known));
       } else {
@@ -239,14 +277,20 @@ Loaded<ParameterValues> readParameterServer(const ros::NodeHandle& nh_priv) {
   return result;
 }
 
-Loaded<NodeParameters> parametersFrom(std::vector<ParameterSource> sources) {
+Loaded<ParameterValues> readParameterServer(const ros::NodeHandle& nh_priv, const std::string& name) {
+  Loaded<ParameterValues> result = readParameterServer(ros::NodeHandle(nh_priv, name));
+  for (Problem& problem : result.problems) problem.where.insert(1, name + "/");
+  return result;
+}
+
+Loaded<NodeParameters> parametersFrom(std::vector<ParameterSource> sources, NodeOptions defaults) {
   const auto config_table = simConfigParameters();
   const auto node_table = nodeParameters();
   std::vector<std::string> known = parameterKeys(node_table);
   const std::vector<std::string> config_keys = parameterKeys(config_table);
   known.insert(known.end(), config_keys.begin(), config_keys.end());
 
-  NodeParameters parameters;
+  NodeParameters parameters{SimConfig{}, std::move(defaults)};
   Loaded<NodeParameters> result;
   const auto add = [&result](const Problems& more) {
     result.problems.insert(result.problems.end(), more.begin(), more.end());

@@ -31,28 +31,43 @@ double secondsSince(WallPacer::Clock::time_point start) {
 }  // namespace
 
 SimulatorNode::SimulatorNode(ros::NodeHandle nh, ros::NodeHandle nh_priv, NodeSetup setup)
-    : options_(setup.options),
-      simulator_(std::move(setup.simulator)),
-      base_frame_(setup.base_frame),
-      clock_(nh, options_, simulator_.config().dt),
-      state_(nh, options_, base_frame_, simulator_),
-      contacts_(nh, setup, simulator_, state_.worldFrame()),
-      commands_(nh, options_, simulator_),
-      ready_publisher_(nh.advertise<std_msgs::Bool>("ready", 1, true)),
+    : nh_(nh),
+      nh_priv_(nh_priv),
+      options_(setup.options),
+      dt_(setup.fleet.vehicle(0).config().dt),
+      terrain_(setup.terrain),
+      world_start_(setup.world_start),
+      world_files_(std::move(setup.world_files)),
+      common_(std::move(setup.common)),
+      fleet_(std::move(setup.fleet)),
+      clock_(nh, options_, dt_),
+      world_(nh, terrain_, worldFrameOf(options_), static_cast<int>(options_.world_marker_limit),
+             fleet_.vehicle(0).rootPose().p),
       diagnostics_publisher_(nh.advertise<diagnostic_msgs::DiagnosticArray>("diagnostics", 10)),
-      recorder_(std::move(setup.recorder)),
       running_parameters_(
-          nh, nh_priv, options_, [this] { applyRunningParameters(); }, [this] { return simulator_.stepCount(); },
+          nh, nh_priv, options_, [this] { applyRunningParameters(); }, [this] { return fleet_.stepCount(); },
           [this] { return now(); }),
       services_(nh, nh_priv, options_, *this) {
   for (const std::string& note : setup.notes) ROS_INFO("%s", note.c_str());
+  for (std::size_t i = 0; i < setup.vehicles.size(); ++i)
+    addVehicle(std::move(setup.vehicles[i]), std::move(setup.recorders[i]));
+  if (!isPlain()) {
+    ready_publisher_ = nh.advertise<std_msgs::Bool>("ready", 1, true);
+    ROS_INFO("%zu vehicles, on %d core%s", vehicles_.size(), fleet_.threads(), fleet_.threads() == 1 ? "" : "s");
+  }
   setEvents();
-  simulator_.setFrictionScale(options_.friction_scale);
+}
+
+void SimulatorNode::addVehicle(VehicleSetup setup, std::optional<RunRecorder> recorder) {
+  const std::string name = setup.name;
+  vehicles_.push_back(std::make_unique<VehicleNode>(name.empty() ? nh_ : ros::NodeHandle(nh_, name),
+                                                    name.empty() ? nh_priv_ : ros::NodeHandle(nh_priv_, name),
+                                                    std::move(setup), std::move(recorder), fleet_, static_cast<VehicleHost&>(*this)));
 }
 
 void SimulatorNode::setEvent(Event& event, const char* key, double rate) const {
   if (event.rate == rate) return;
-  const double dt = simulator_.config().dt;
+  const double dt = dt_;
   const std::int64_t period = std::max<std::int64_t>(1, std::llround(1.0 / (rate * dt)));
   const double real_rate = 1.0 / (static_cast<double>(period) * dt);
   if (std::abs(real_rate - rate) > 1e-6 * rate) {
@@ -72,15 +87,17 @@ void SimulatorNode::setEvents() {
 
 void SimulatorNode::applyRunningParameters() {
   setEvents();
-  contacts_.setMarkerScale(options_.marker_scale);
-  clock_.setFactor(options_.real_time_factor, simulator_.stepCount());
-  simulator_.setFrictionScale(options_.friction_scale);
+  clock_.setFactor(options_.real_time_factor, fleet_.stepCount());
+  for (const auto& vehicle : vehicles_) {
+    vehicle->contacts().setMarkerScale(options_.marker_scale);
+    vehicle->simulator().setFrictionScale(options_.friction_scale);
+  }
 }
 
 int SimulatorNode::run() {
-  if (!clock_.start(simulator_.stepCount())) return 0;
+  if (!clock_.start(fleet_.stepCount())) return 0;
   wall_start_ = last_status_ = WallPacer::Clock::now();
-  statistics_.addPosition(simulator_.rootPose().p);
+  for (const auto& vehicle : vehicles_) vehicle->addPosition();
   while (ros::ok() && !finished()) runOnce();
   return finish();
 }
@@ -89,7 +106,7 @@ bool SimulatorNode::finished() const {
   if (!failure_.empty()) return true;
   // A run of given length is a batch job: it ends when it diverges, nobody will come to reset it.
   return options_.duration > 0.0 &&
-         (!running() || simulator_.time() >= options_.duration - 0.5 * simulator_.config().dt);
+         (!running() || fleet_.time() >= options_.duration - 0.5 * dt_);
 }
 
 void SimulatorNode::runOnce() {
@@ -100,9 +117,9 @@ void SimulatorNode::runOnce() {
   serveCallbacks(0.0);  // before the ticks are counted: a reset starts the count again
   if (!running() || paused_ || finished()) return;
   const std::int64_t to_event = ticksToNextEvent();
-  const std::int64_t ticks = std::min(clock_.due(simulator_.stepCount()), to_event);
+  const std::int64_t ticks = std::min(clock_.due(fleet_.stepCount()), to_event);
   if (ticks < std::min(to_event, ticksPerWakeUp())) {
-    const double wait = clock_.wait(simulator_.stepCount() + std::min(to_event, ticksPerWakeUp()));
+    const double wait = clock_.wait(fleet_.stepCount() + std::min(to_event, ticksPerWakeUp()));
     serveCallbacks(std::min(wait, kLongestSleep));
     return;
   }
@@ -116,18 +133,18 @@ std::int64_t SimulatorNode::ticksPerWakeUp() const {
   // A followed clock comes in steps of its own.
   if (clock_.mode() == ClockMode::kFollow) return 1;
   const double factor = std::max(clock_.factor(), 1.0);
-  return std::max<std::int64_t>(1, std::llround(kShortestSleep * factor / simulator_.config().dt));
+  return std::max<std::int64_t>(1, std::llround(kShortestSleep * factor / dt_));
 }
 
 std::int64_t SimulatorNode::ticksToNextEvent() const {
-  std::int64_t ticks = simulator_.stepCount() == 0 ? 1 : kTicksBetweenCallbacks;  // the first tick starts the clock
+  std::int64_t ticks = fleet_.stepCount() == 0 ? 1 : kTicksBetweenCallbacks;  // the first tick starts the clock
   for (const Event* event :
        {&clock_event_, &state_event_, &imu_event_, &marker_event_, &diagnostics_event_, &distance_event_}) {
     ticks = std::min(ticks, event->period - ticksSinceReset() % event->period);
   }
   if (options_.duration > 0.0) {
-    const std::int64_t last = std::llround(options_.duration / simulator_.config().dt);
-    ticks = std::min(ticks, std::max<std::int64_t>(1, last - simulator_.stepCount()));
+    const std::int64_t last = std::llround(options_.duration / dt_);
+    ticks = std::min(ticks, std::max<std::int64_t>(1, last - fleet_.stepCount()));
   }
   return ticks;
 }
@@ -135,68 +152,82 @@ std::int64_t SimulatorNode::ticksToNextEvent() const {
 void SimulatorNode::advance(std::int64_t ticks) {
   for (std::int64_t i = 0; i < ticks; ++i) {
     const auto before = WallPacer::Clock::now();
-    const StepStatus status = simulator_.step();
-    const auto after = WallPacer::Clock::now();
-    if (recorder_) recorder_->add(simulator_, std::chrono::duration<double>(after - before).count());
+    const StepStatus status = fleet_.step();
+    const auto duration = WallPacer::Clock::now() - before;
+    for (const auto& vehicle : vehicles_) vehicle->addTick(duration);
     if (status != StepStatus::kOk) {
-      ROS_ERROR("the simulation diverged at %.6f s and is frozen at its last good state; ~reset starts again",
-                simulator_.time());
+      for (const auto& vehicle : vehicles_) {
+        if (vehicle->simulator().status() == StepStatus::kOk) continue;
+        ROS_ERROR("%sthe simulation diverged at %.6f s and is frozen at its last good state; ~reset starts again",
+                  vehicle->name().empty() ? "" : (vehicle->name() + ": ").c_str(), fleet_.time());
+        vehicle->publishReady(false);
+      }
       publishReady(false);
       publishDiagnostics();
       return;
     }
-    state_.addTick();
-    // From the memory: contacts() would evaluate the forces once more, only to count them.
-    int contacts = 0;
-    for (const ContactMemory& memory : simulator_.state().memory) contacts += memory.count;
-    statistics_.addStep(after - before, simulator_.largestPenetration(), contacts);
   }
 }
 
 void SimulatorNode::publishDue() {
   const std::int64_t ticks = ticksSinceReset();
   const ros::Time stamp = now();
-  if (distance_event_.dueAt(ticks)) statistics_.addPosition(simulator_.rootPose().p);
   // Time first: who gets a message may look at the clock.
-  if (simulator_.stepCount() == 1 || clock_event_.dueAt(ticks) || state_event_.dueAt(ticks)) {
-    clock_.publish(simulator_.stepCount());
+  if (fleet_.stepCount() == 1 || clock_event_.dueAt(ticks) || state_event_.dueAt(ticks)) {
+    clock_.publish(fleet_.stepCount());
   }
-  if (imu_event_.dueAt(ticks)) state_.publishImu(stamp, ticks / imu_event_.period);
-  if (marker_event_.dueAt(ticks)) contacts_.publishMarkers(stamp);
+  for (const auto& vehicle : vehicles_) {
+    if (distance_event_.dueAt(ticks)) vehicle->addPosition();
+    if (imu_event_.dueAt(ticks)) vehicle->publishImu(stamp, ticks / imu_event_.period);
+    if (marker_event_.dueAt(ticks)) vehicle->contacts().publishMarkers(stamp);
+  }
+  if (marker_event_.dueAt(ticks) && !vehicles_.empty()) world_.update(vehicles_.front()->simulator().rootPose().p);
   if (state_event_.dueAt(ticks)) {
-    contacts_.publishContacts(stamp);
-    state_.publishState(stamp);
-    if (!announced_ready_) {
-      running_parameters_.publish();
-      publishReady(true);
-    }
+    for (const auto& vehicle : vehicles_) vehicle->publishState(stamp);
+    if (!announced_ready_) running_parameters_.publish();
+    for (const auto& vehicle : vehicles_)
+      if (!vehicle->announcedReady()) vehicle->publishReady(true);
+    if (!announced_ready_) publishReady(true);
   }
   if (diagnostics_event_.dueAt(ticks)) {
     publishDiagnostics();
     reportEvents();
   }
+  while (!leaving_.empty() && ros::WallTime::now() > leaving_.front().first) leaving_.pop_front();
+}
+
+bool SimulatorNode::allCommandsAreThere() const {
+  return std::all_of(vehicles_.begin(), vehicles_.end(), [](const auto& v) { return v->commands().isComplete(); });
+}
+
+std::string SimulatorNode::missingCommands() const {
+  std::string text;
+  for (const auto& vehicle : vehicles_)
+    if (const std::string missing = vehicle->commands().missing(); !missing.empty())
+      text += (text.empty() ? "" : ", ") + missing;
+  return text;
 }
 
 void SimulatorNode::awaitCommand() {
   waiting_ = true;
   release_wait_ = false;
   const auto start = last_answer_ = WallPacer::Clock::now();
-  while (ros::ok() && !commands_.isComplete() && !release_wait_) {
+  while (ros::ok() && !allCommandsAreThere() && !release_wait_) {
     serveCallbacks(kLongestSleep);
     if (paused_) last_answer_ = WallPacer::Clock::now();
     const double waited = secondsSince(last_answer_);
     if (options_.lockstep_timeout > 0.0 && waited > options_.lockstep_timeout) {
-      failure_ = "lockstep: no command on " + commands_.missing() + " for " + std::to_string(std::lround(waited)) +
-                 " s of wall time at simulated time " + std::to_string(simulator_.time()) + " s";
+      failure_ = "lockstep: no command on " + missingCommands() + " for " + std::to_string(std::lround(waited)) +
+                 " s of wall time at simulated time " + std::to_string(fleet_.time()) + " s";
       ROS_ERROR("%s", failure_.c_str());
       break;
     }
   }
   waiting_ = false;
-  if (!commands_.isComplete()) return;
-  commands_.takeOne();
+  if (!allCommandsAreThere()) return;
+  for (const auto& vehicle : vehicles_) vehicle->commands().takeOne();
   // Time stood still meanwhile: what was waited is not behind schedule.
-  if (secondsSince(start) > 0.05) clock_.skip(simulator_.stepCount());
+  if (secondsSince(start) > 0.05) clock_.skip(fleet_.stepCount());
 }
 
 void SimulatorNode::serveCallbacks(double longest_wait) {
@@ -204,48 +235,33 @@ void SimulatorNode::serveCallbacks(double longest_wait) {
 }
 
 void SimulatorNode::publishReady(bool ready) {
+  announced_ready_ = true;
+  if (!ready_publisher_) return;  // the vehicle's own says it
   std_msgs::Bool message;
   message.data = ready;
   ready_publisher_.publish(message);
-  announced_ready_ = true;
-  ready_ = ready;
 }
 
 void SimulatorNode::publishDiagnostics() {
   const double wall = secondsSince(wall_start_), recent = secondsSince(last_status_);
   RunFacts facts;
   facts.node = ros::this_node::getName().substr(1);
-  facts.hardware = base_frame_;
   facts.paused = paused_;
   facts.waiting = waiting_;
-  facts.recent_factor = (simulator_.time() - last_status_time_) / std::max(recent, 1e-9);
-  facts.mean_factor = simulator_.time() / std::max(wall, 1e-9);
+  facts.recent_factor = (fleet_.time() - last_status_time_) / std::max(recent, 1e-9);
+  facts.mean_factor = fleet_.time() / std::max(wall, 1e-9);
   facts.lost = clock_.lost();
   facts.clock_jumps = clock_.jumps();
-  facts.dropped_commands = commands_.dropped();
-  facts.last_refusal = commands_.lastRefusal();
   last_status_ = WallPacer::Clock::now();
-  last_status_time_ = simulator_.time();
+  last_status_time_ = fleet_.time();
   diagnostic_msgs::DiagnosticArray message;
   message.header.stamp = now();
-  message.status.push_back(diagnosticStatus(simulator_, statistics_, facts));
+  for (const auto& vehicle : vehicles_) message.status.push_back(vehicle->status(facts));
   diagnostics_publisher_.publish(message);
 }
 
 void SimulatorNode::reportEvents() {
-  const StepEvents& now = simulator_.events();
-  if (now.passed_through > reported_events_.passed_through) {
-    ROS_WARN("an ellipsoid went through the ground, %ld times so far: too fast for the contact stiffness",
-             static_cast<long>(now.passed_through));
-  }
-  if (now.effort_exceeded > reported_events_.effort_exceeded && effort_.due()) {
-    ROS_WARN("a prescribed joint needed more than its effort limit in %ld ticks and held its path",
-             static_cast<long>(now.effort_exceeded));
-  }
-  if (now.command_timeouts > reported_events_.command_timeouts) {
-    ROS_WARN("no command for %.3g s: braking", simulator_.config().command_timeout);
-  }
-  reported_events_ = now;
+  for (const auto& vehicle : vehicles_) vehicle->reportEvents();
   if (clock_.lost() > reported_lost_ && behind_.due()) {
     ROS_WARN("behind the wall clock by %.2f s in all: real_time_factor %.3g cannot be held", clock_.lost(),
              clock_.factor());
@@ -254,22 +270,16 @@ void SimulatorNode::reportEvents() {
 }
 
 int SimulatorNode::finish() {
-  // It is the last good height; far below the lowest point of the world means that the vehicle fell off it.
-  const Eigen::AlignedBox3d world = simulator_.terrain().bounds();
-  const double below = world.min().z() - simulator_.rootPose().p.z();
-  std::string result = "ok";
-  if (!running()) result = "diverged at " + std::to_string(simulator_.time()) + " s";
-  if (!failure_.empty()) result = failure_;
-  if (result == "ok" && simulator_.events().passed_through > 0) {
-    result = "passed through the ground " + std::to_string(simulator_.events().passed_through) + " times";
+  std::string all;
+  for (const auto& vehicle : vehicles_) {
+    std::string result = vehicle->result();
+    if (!failure_.empty()) result = failure_;
+    vehicle->finish(result);
+    if (!vehicle->name().empty()) all += "vehicle: " + vehicle->name() + "\n";
+    all += vehicle->statistics().report(fleet_.time(), secondsSince(wall_start_), result);
   }
-  if (result == "ok" && below > 1.0) result = "fell off the world";
-  if (recorder_) {
-    for (const Problem& problem : recorder_->finish(simulator_, result)) ROS_ERROR("%s", problem.text().c_str());
-  }
-  const std::string report = statistics_.report(simulator_.time(), secondsSince(wall_start_), result);
-  if (!options_.summary_file.empty()) std::ofstream(options_.summary_file) << report;
-  ROS_INFO("%s", report.c_str());
+  if (!options_.summary_file.empty()) std::ofstream(options_.summary_file) << all;
+  ROS_INFO("%s", all.c_str());
   if (!failure_.empty()) return kExitNoCommand;
   return running() ? 0 : kExitDiverged;
 }

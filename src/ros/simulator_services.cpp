@@ -1,28 +1,18 @@
 #include "ellipsoid_vehicle_sim/ros/simulator_services.h"
 
-#include <ros/console.h>
-
 #include <cerrno>
 #include <cinttypes>
-#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 
-#include "ellipsoid_vehicle_sim/ros/conversions.h"
 #include "ellipsoid_vehicle_sim/world/file_bytes.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {
 
 constexpr std::uint32_t kMostSteps = 10000000;  // a client that asks for more has made a mistake
-
-const char* featureName(Feature feature) {
-  if (feature == Feature::kNone) return "none";
-  if (feature == Feature::kFace) return "face";
-  return feature >= Feature::kVertex0 ? "corner" : "edge";
-}
 
 /// Writes a file whole or not at all; "" or the reason.
 std::string writeFile(const std::string& path, const std::vector<std::uint8_t>& bytes) {
@@ -42,38 +32,6 @@ std::string readFile(const std::string& path, std::vector<std::uint8_t>& bytes) 
   return read ? "" : "'" + path + "' " + read.problems.front().message;
 }
 
-ContactCandidate toCandidate(const CandidateReport& report, const Terrain& terrain) {
-  ContactCandidate message;
-  message.triangle = report.triangle;
-  message.surface = terrain.surface(report.triangle).name;
-  const Triangle triangle = terrain.triangle(report.triangle);
-  for (std::size_t i = 0; i < 3; ++i) message.corners[i] = toPoint(triangle.v[i]);
-  message.rank = report.rank;
-  message.touches = static_cast<bool>(report.alone);
-  message.admitted = report.admitted;
-  message.feature = featureName(report.alone.feature);
-  message.plane_depth = report.plane_depth;
-  message.depth = report.alone.depth;
-  message.normal = toVector(report.alone.nhat_W);
-  message.reason = report.reason;
-  return message;
-}
-
-std::string summaryOf(const ContactExplanation& explanation, const std::string& name) {
-  char text[300];
-  if (explanation.contacts.empty()) {
-    std::snprintf(text, sizeof text, "'%s' touches nothing; %zu triangles are near", name.c_str(),
-                  explanation.candidates.size());
-    return text;
-  }
-  const ContactReport& first = explanation.contacts.front();
-  std::snprintf(text, sizeof text,
-                "'%s' is pushed by triangle %d: %.4g mm deep, normal force %.4g N, friction %.4g N, %s", name.c_str(),
-                first.triangle, 1e3 * first.depth, first.normal_force, first.friction_W.norm(),
-                first.sliding ? "slipping" : "sticking");
-  return text;
-}
-
 }  // namespace
 
 std::string hashText(std::uint64_t hash) {
@@ -89,10 +47,10 @@ SimulatorServices::SimulatorServices(ros::NodeHandle& nh, ros::NodeHandle& nh_pr
   serveTrigger(nh_priv, "pause", &SimulationControl::pause);
   serveTrigger(nh_priv, "resume", &SimulationControl::resume);
   servers_.push_back(nh_priv.advertiseService("step", &SimulatorServices::onStep, this));
-  servers_.push_back(nh_priv.advertiseService("set_pose", &SimulatorServices::onSetPose, this));
   servers_.push_back(nh_priv.advertiseService("save_state", &SimulatorServices::onSaveState, this));
   servers_.push_back(nh_priv.advertiseService("restore_state", &SimulatorServices::onRestoreState, this));
-  servers_.push_back(nh_priv.advertiseService("explain_contact", &SimulatorServices::onExplainContact, this));
+  servers_.push_back(nh_priv.advertiseService("spawn", &SimulatorServices::onSpawn, this));
+  servers_.push_back(nh_priv.advertiseService("remove", &SimulatorServices::onRemove, this));
   servers_.push_back(nh_priv.advertiseService("state_hash", &SimulatorServices::onStateHash, this));
   if (options.gazebo_services) {
     serveEmpty(nh, "/gazebo/reset_simulation", &SimulationControl::reset);
@@ -100,7 +58,6 @@ SimulatorServices::SimulatorServices(ros::NodeHandle& nh, ros::NodeHandle& nh_pr
     serveEmpty(nh, "/gazebo/pause_physics", &SimulationControl::pause);
     serveEmpty(nh, "/gazebo/unpause_physics", &SimulationControl::resume);
   }
-  initial_pose_ = nh.subscribe("initialpose", 1, &SimulatorServices::onInitialPose, this);
 }
 
 void SimulatorServices::serveTrigger(ros::NodeHandle& nh, const std::string& name,
@@ -136,31 +93,9 @@ bool SimulatorServices::onStep(Step::Request& request, Step::Response& response)
   return true;
 }
 
-bool SimulatorServices::onSetPose(SetPose::Request& request, SetPose::Response& response) {
-  const Placement placement{request.pose.header.frame_id, fromPose(request.pose.pose), fromVector(request.twist.linear),
-                            fromVector(request.twist.angular), request.settle != 0};
-  const Outcome outcome = control_.put(placement);
-  response.success = outcome.success;
-  response.message = outcome.message;
-  response.pose.header.stamp = control_.now();
-  response.pose.header.frame_id = control_.worldFrame();
-  response.pose.pose = toPose(control_.simulator().rootPose());
-  return true;
-}
-
-void SimulatorServices::onInitialPose(const geometry_msgs::PoseWithCovarianceStamped& message) {
-  const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
-  const Outcome outcome = control_.put({message.header.frame_id, fromPose(message.pose.pose), zero, zero, true});
-  if (outcome.success) {
-    ROS_INFO("initialpose: %s", outcome.message.c_str());
-  } else {
-    ROS_WARN("initialpose refused: %s", outcome.message.c_str());
-  }
-}
-
 bool SimulatorServices::onSaveState(SaveState::Request& request, SaveState::Response& response) {
   response.state = control_.saveState();
-  response.hash = hashText(control_.simulator().stateHash());
+  response.hash = hashText(control_.stateHash());
   if (!request.file.empty()) response.message = writeFile(request.file, response.state);
   response.success = response.message.empty();
   return true;
@@ -178,39 +113,27 @@ bool SimulatorServices::onRestoreState(RestoreState::Request& request, RestoreSt
     response.success = outcome.success;
     response.message = outcome.message;
   }
-  response.hash = hashText(control_.simulator().stateHash());
+  response.hash = hashText(control_.stateHash());
   return true;
 }
 
 bool SimulatorServices::onStateHash(Trigger::Request&, Trigger::Response& response) {
   response.success = true;
-  response.message = hashText(control_.simulator().stateHash());
+  response.message = hashText(control_.stateHash());
   return true;
 }
 
-bool SimulatorServices::onExplainContact(ExplainContact::Request& request, ExplainContact::Response& response) {
-  const Simulator& simulator = control_.simulator();
-  std::string known;
-  for (std::size_t i = 0; i < simulator.ellipsoids().size(); ++i) {
-    const EllipsoidPlacement& ellipsoid = simulator.ellipsoids()[i];
-    if (ellipsoid.name == request.ellipsoid) {
-      const ContactExplanation explanation = simulator.explainContact(static_cast<int>(i));
-      for (const CandidateReport& candidate : explanation.candidates) {
-        response.candidates.push_back(toCandidate(candidate, simulator.terrain()));
-      }
-      for (const ContactReport& contact : explanation.contacts) {
-        response.contacts.push_back(
-            toContactState(contact, ellipsoid, simulator.terrain().surface(contact.triangle).name));
-      }
-      response.margin = explanation.margin;
-      response.slack = explanation.slack;
-      response.message = summaryOf(explanation, ellipsoid.name);
-      response.success = true;
-      return true;
-    }
-    known += (known.empty() ? "" : ", ") + ellipsoid.name;
-  }
-  response.message = "there is no ellipsoid '" + request.ellipsoid + "'; there are: " + known;
+bool SimulatorServices::onSpawn(Spawn::Request& request, Spawn::Response& response) {
+  const Outcome outcome = control_.spawn({request.name, request.vehicle, request.urdf, request.parameters, request.x, request.y, request.yaw});
+  response.success = outcome.success;
+  response.message = outcome.message;
+  return true;
+}
+
+bool SimulatorServices::onRemove(Remove::Request& request, Remove::Response& response) {
+  const Outcome outcome = control_.remove(request.name);
+  response.success = outcome.success;
+  response.message = outcome.message;
   return true;
 }
 

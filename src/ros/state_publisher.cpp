@@ -19,6 +19,7 @@ StatePublisher::StatePublisher(ros::NodeHandle& nh, const NodeOptions& options, 
       base_frame_(std::move(base_frame)),
       simulator_(simulator),
       odometry_(simulator.model().drive.reference_x, options.odometry_noise, simulator.model().description.forward_yaw),
+      links_(simulator.model().description, options.tf_prefix),
       imu_noise_(options.imu_noise) {
   imu_noise_.seed = static_cast<std::uint64_t>(options.noise_seed);
   // "/tf" is one tree for all, whatever the name space; it can be remapped.
@@ -46,7 +47,7 @@ void StatePublisher::publishState(const ros::Time& stamp) {
   if (simulator_.errorEstimate().step >= 0) setCovariance(simulator_.errorEstimate(), X_WR.q, truth);
   const bool unstable = simulator_.isBeyondCertificate();
   if (unstable) markUnstable(truth);
-  const bool joints = options_.lockstep || joint_publisher_.getNumSubscribers() > 0;
+  const bool joints = options_.lockstep || options_.publish_link_tf || joint_publisher_.getNumSubscribers() > 0;
   if (joints) {
     simulator_.jointReadings(readings_);
     toJointState(simulator_.jointNames(), readings_, stamp, joint_message_);
@@ -68,6 +69,7 @@ void StatePublisher::publishState(const ros::Time& stamp) {
     if (unstable) markUnstable(odom);
     odom_publisher_.publish(odom);
   } else {
+    truth.header.frame_id = options_.odom_frame;
     odom_publisher_.publish(truth);
   }
 }
@@ -76,9 +78,10 @@ void StatePublisher::publishTransforms(const Pose& X_OR, const ros::Time& stamp)
   if (!options_.lockstep && tf_publisher_.getNumSubscribers() == 0) return;
   tf2_msgs::TFMessage message;
   message.transforms.push_back(toTransform(X_OR, options_.odom_frame, base_frame_, stamp));
-  if (encoders() && options_.publish_world_tf) {
+  if (hasOdomFrame() && options_.publish_world_tf) {
     message.transforms.push_back(toTransform(odomInWorld(), world_frame_, options_.odom_frame, stamp));
   }
+  if (options_.publish_link_tf) links_.add(readings_, stamp, message.transforms);
   tf_publisher_.publish(message);
 }
 

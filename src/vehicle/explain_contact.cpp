@@ -81,7 +81,7 @@ ContactExplanation explain(const ContactMemory& now, const ContactMemory& before
   result.margin = std::numeric_limits<double>::infinity();
   if (now.fresh) return result;
   for (const ContactReport& report : reports)
-    if (report.ellipsoid == ellipsoid) result.contacts.push_back(report);
+    if (report.ellipsoid == ellipsoid && report.triangle >= 0) result.contacts.push_back(report);
 
   const PosedEllipsoid& posed = now.posed;
   const Eigen::Vector3d half = posed.halfBox();

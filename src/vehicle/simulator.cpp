@@ -8,194 +8,13 @@
 #include "ellipsoid_vehicle_sim/vehicle/accuracy.h"
 #include "ellipsoid_vehicle_sim/vehicle/drive.h"
 #include "ellipsoid_vehicle_sim/vehicle/snapshot.h"
-#include "ellipsoid_vehicle_sim/vehicle/tick_stepper.h"
-#include "ellipsoid_vehicle_sim/vehicle/vehicle_dynamics.h"
 #include "explain_contact.h"
 #include "fnv_hash.h"
-#include "local_error.h"
-#include "rest.h"
-#include "savings_check.h"
 #include "set_down.h"
+#include "simulator_impl.h"
 
 namespace ellipsoid_vehicle_sim {
-namespace {
-
 using Eigen::Vector3d;
-
-// A flat ground of the vehicle's own, to stand on while it is certified.
-Terrain flatGround(const SimConfig& config) {
-  TriangleSoup soup;
-  constexpr double kHalfSize = 500.0;
-  soup.vertices = {{-kHalfSize, -kHalfSize, 0}, {kHalfSize, -kHalfSize, 0}, {kHalfSize, kHalfSize, 0}, {-kHalfSize, kHalfSize, 0}};
-  soup.triangles = {{0, 1, 2}, {0, 2, 3}};
-  soup.surface = {0, 0};
-  soup.surfaces = {Surface{"flat", config.mu_static, config.mu_kinetic}};
-  return std::move(*Terrain::build(std::move(soup)).value);
-}
-
-}  // namespace
-
-struct Simulator::Impl {
-  SimConfig config;
-  VehicleModel model;
-  std::shared_ptr<const Terrain> terrain;
-  StabilityCertificate certificate;
-  std::unique_ptr<VehicleDynamics> dynamics;   // of the steps
-  std::unique_ptr<VehicleDynamics> observer;   // of the readings: asking changes nothing
-  VehicleState state, previous, home;
-  std::unique_ptr<TickStepper> stepper;
-  MotionRate observed;
-  std::int64_t step_count = 0;
-  StepStatus status = StepStatus::kOk;
-  StepEvents events;
-  double friction_scale = 1.0;
-  std::vector<std::string> joint_names;
-  std::vector<EllipsoidPlacement> placements;
-  std::vector<std::string> load_report;
-  bool observed_fresh = false;
-  std::unique_ptr<LocalErrorEstimator> estimator;  // with error_estimate_every only
-  ErrorEstimate estimate;
-  std::unique_ptr<SavingsCheck> savings_check;  // with exact_savings: checked only
-  bool resting = false;
-  bool driven = true;  // there is something that a command could move
-
-  void allocate() {
-    dynamics = std::make_unique<VehicleDynamics>(model, config, *terrain);
-    observer = std::make_unique<VehicleDynamics>(model, config, *terrain);
-    stepper = std::make_unique<TickStepper>(model, config, *dynamics);
-    observed = dynamics->makeRate();
-    state = previous = home = restState(model, *dynamics);
-    driven = !model.drive.wheels.empty() || !model.prescribed_joints.empty();
-    if (config.error_estimate_every > 0.0)
-      estimator = std::make_unique<LocalErrorEstimator>(model, config, *terrain, state);
-    if (config.exact_savings == ExactSavings::kCheck)
-      savings_check = std::make_unique<SavingsCheck>(model, config, *terrain, state);
-    for (const JointDescription& joint : model.description.joints)
-      if (joint.type != JointType::kFixed) joint_names.push_back(joint.name);
-    for (std::size_t i = 0; i < model.ellipsoids.size(); ++i) {
-      const ModelEllipsoid& e = model.ellipsoids[i];
-      EllipsoidPlacement placement{e.name, e.link, Pose{}, e.radii, false, ""};
-      for (const LinkDescription& link : model.description.links)
-        for (const EllipsoidDescription& shape : link.ellipsoids)
-          if (link.name == e.link && shape.name == e.name) {
-            placement.X_LE = shape.X_LE;
-            placement.source = shape.source;
-          }
-      for (const WheelUnit& wheel : model.drive.wheels)
-        placement.ground_wheel = placement.ground_wheel || wheel.ellipsoid == static_cast<int>(i);
-      placements.push_back(placement);
-    }
-  }
-
-  // The bounds of the step, on a flat ground of the vehicle's own, so that they belong to the vehicle and not to a place.
-  void certifyVehicle() {
-    const Terrain flat = flatGround(config);
-    VehicleDynamics on_flat(model, config, flat);
-    VehicleState rest;
-    const Problems problems = settle(model, config, flat, on_flat, 0.0, 0.0, 0.0, rest);
-    if (problems.empty() && config.gravity > 0.0) {
-      certificate = certify(model, on_flat, rest, config.contact_substeps);
-    } else {
-      certificate = certifyContactsAlone(model, config.contact_substeps);
-      load_report.push_back("stability: no rest pose on flat ground (" +
-                            (problems.empty() ? std::string("no gravity") : problems.front().message) +
-                            "); the bounds are those of each contact alone");
-    }
-    constexpr std::size_t kModesTold = 8;
-    for (const std::string& line : describeModes(certificate, config.dt, config.integrator, kModesTold))
-      load_report.push_back(line);
-    for (int i = 0; i < kIntegratorCount; ++i) {
-      char line[320];
-      std::snprintf(line, sizeof line, "stability: %s holds steps up to %.4g s (%s)%s", toString(static_cast<IntegratorKind>(i)),
-                    certificate.largest_step[i], certificate.worst[i].c_str(),
-                    static_cast<IntegratorKind>(i) == config.integrator ? ", in use" : "");
-      load_report.emplace_back(line);
-    }
-  }
-
-  Problems checkStep() const {
-    const double largest = certificate.largestStep(config.integrator);
-    if (config.dt <= largest || config.allow_unstable) return {};
-    char text[400];
-    std::snprintf(text, sizeof text,
-                  "is %.6g s, more than %s can hold for this vehicle: %s; allowed are steps up to %.6g s "
-                  "(or softer contacts, another integrator, or allow_unstable: true to see it fail)",
-                  config.dt, toString(config.integrator), certificate.worst[static_cast<int>(config.integrator)].c_str(), largest);
-    return {{"parameter 'dt'", text}};
-  }
-
-  StepStatus step() {
-    if (status != StepStatus::kOk) return status;  // never build on a broken state
-    bool timed_out = false;
-    if (resting) {
-      // Motion and contacts are what they were; the drive alone goes on.
-      updateDrive(model, config, state, timed_out);
-      resting = isLeftAlone(state);
-      previous.drive = state.drive;
-    } else {
-      // The memories of contacts change in accept() only, which hands over the old ones.
-      previous.motion = state.motion;
-      previous.profiles = state.profiles;
-      previous.treads = state.treads;
-      if (driven || state.drive.has_command) previous.drive = state.drive;
-      // One command for the whole tick: every evaluation sees the same input.
-      if (driven || state.drive.has_command) updateDrive(model, config, state, timed_out);
-      resting = config.rest_detection && isStill(state) && isLeftAlone(state) && balanced();
-    }
-    const bool estimates = estimator && (step_count + 1) % static_cast<std::int64_t>(config.error_estimate_every) == 0;
-    if (resting) {
-      events.command_timeouts += timed_out ? 1 : 0;
-      ++step_count;
-      if (estimates) estimate = ErrorEstimate{step_count};
-      return status;
-    }
-    if (estimates) estimator->begin(state);
-    if (savings_check) savings_check->begin(state);
-    const TickOutcome outcome = stepper->advance(state, previous.memory);
-    if (!outcome.sane) {
-      state = previous;
-      status = StepStatus::kDiverged;
-      return status;
-    }
-    if (estimates && estimator->end(state, estimate)) estimate.step = step_count + 1;
-
-    events.effort_exceeded += outcome.effort_exceeded;
-    events.command_timeouts += timed_out ? 1 : 0;
-    events.passed_through += outcome.passed_through;
-    events.floor_steps += outcome.floor_steps;
-    if (savings_check && !savings_check->agrees(state)) ++events.savings_differences;
-    ++step_count;
-    observed_fresh = false;
-    return status;
-  }
-
-  // Asked where everything is still: once, for nothing changes then.
-  bool balanced() {
-    observed_fresh = false;  // whoever looked before saw another drive
-    observe();
-    return isBalanced(observed);
-  }
-
-  void observe() {
-    if (observed_fresh) return;
-    observer->evaluate(state, observed);
-    observed_fresh = true;
-  }
-
-  void becomeHome(const VehicleState& placed) {
-    home = placed;
-    restart();
-  }
-
-  void restart() {
-    state = previous = home;
-    status = StepStatus::kOk;
-    events = StepEvents{};
-    estimate = ErrorEstimate{};
-    observed_fresh = false;
-    resting = false;
-  }
-};
 
 Simulator::Simulator(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Simulator::Simulator(Simulator&&) noexcept = default;
@@ -331,6 +150,7 @@ Snapshot Simulator::save() const {
 }
 
 void Simulator::restore(const Snapshot& snapshot) {
+  impl_->forgetOthers();
   impl_->state = impl_->previous = snapshot.state;
   impl_->home = snapshot.home;
   impl_->events = snapshot.events;
@@ -411,6 +231,12 @@ void Simulator::contacts(std::vector<ContactReport>& out) const {
     report.sliding = active.force.sliding;
     out.push_back(report);
   }
+  out.insert(out.end(), impl_->touched.begin(), impl_->touched.end());
+}
+
+void Simulator::posedEllipsoids(std::vector<PosedEllipsoid>& out) const {
+  impl_->observer->poseAt(impl_->state);
+  out = impl_->observer->posedEllipsoids();
 }
 
 ContactExplanation Simulator::explainContact(int ellipsoid) const {
@@ -433,6 +259,16 @@ double Simulator::largestPenetration() const {
 double Simulator::energy() const {
   impl_->observe();
   return impl_->observer->kineticEnergy(impl_->state.motion) + impl_->observer->potentialEnergy(impl_->state.motion);
+}
+
+Vector3d Simulator::momentum_W() const {
+  impl_->observe();
+  return impl_->observer->momentum(impl_->state.motion).linear.toEigen();
+}
+
+Vector3d Simulator::angularMomentum_W() const {
+  impl_->observe();
+  return impl_->observer->momentum(impl_->state.motion).angular.toEigen();
 }
 
 namespace {

@@ -68,14 +68,24 @@ TickOutcome TickStepper::advance(VehicleState& state, std::vector<ContactMemory>
     case IntegratorKind::kDormandPrince: takeDormandPrince(state, outcome); break;
     case IntegratorKind::kLinearlyImplicit: takeLinearlyImplicit(state, outcome); break;
   }
-  if (!outcome.sane) {
-    if (outcome.steps > 0) {
-      state.memory = before;
-    } else {
-      before = state.memory;
-    }
-  }
+  if (!outcome.sane) giveUp(state, before, outcome);
   return outcome;
+}
+
+void TickStepper::giveUp(VehicleState& state, std::vector<ContactMemory>& before, const TickOutcome& outcome) {
+  if (outcome.steps > 0) {
+    state.memory = before;
+  } else {
+    before = state.memory;
+  }
+}
+
+void TickStepper::endStep(VehicleState& state, const Motion& next, double h, std::vector<ContactMemory>& before,
+                          TickOutcome& outcome) {
+  before_ = &before;
+  ends_tick_ = true;
+  accept(state, next, h, true, outcome);
+  if (!outcome.sane) giveUp(state, before, outcome);
 }
 
 void TickStepper::accept(VehicleState& state, const Motion& next, double h, bool last, TickOutcome& outcome) {

@@ -54,7 +54,17 @@ void VehicleDynamics::overrideFriction(std::optional<FrictionMode> mode) {
   }
 }
 
+FrictionCoefficients VehicleDynamics::ownFriction(int ellipsoid) const {
+  FrictionCoefficients mu;
+  const double own = model_.ellipsoids[ellipsoid].mu;
+  mu.mu_static = friction_scale_ * std::min(own, config_.mu_static);
+  mu.mu_kinetic = friction_scale_ * std::min(own, config_.mu_kinetic);
+  mu.stribeck_speed = config_.stribeck_speed;
+  return mu;
+}
+
 void VehicleDynamics::scaleFriction(double scale) {
+  friction_scale_ = scale;
   friction_.clear();
   friction_row_.clear();
   std::vector<double> rows;  // coefficients of their own that ellipsoids have
@@ -184,7 +194,7 @@ Vec3 VehicleDynamics::axleOf(int index, int body) const {
   return fromFrame(R_WB_, fromFrame(tree_.kinematics(body).R_OB, Vec3::from(axle_B)));
 }
 
-VehicleDynamics::SurfaceMotion VehicleDynamics::surfaceMotion(const Motion& x, ActiveContact& active) const {
+SurfaceMotion VehicleDynamics::surfaceMotion(const Motion& x, ActiveContact& active) const {
   const ModelEllipsoid& ellipsoid = model_.ellipsoids[active.ellipsoid];
   const Vec3 radius = Vec3::from(active.contact.p_WE_lowest) - Vec3::from(posed_[active.ellipsoid].p_WE);
   SurfaceMotion surface{pointVelocity(x, ellipsoid.body, Vec3::from(active.p_OC)),
@@ -305,7 +315,8 @@ void VehicleDynamics::anchorRates(MotionRate& k) const {
   }
 }
 
-void VehicleDynamics::rate(const Motion& x, double fraction, MotionRate& k) {
+void VehicleDynamics::beginRate(const Motion& x, double fraction, MotionRate& k) {
+  pushed_ = false;
   prescribe(fraction);
   pose(x);
   move(x);
@@ -316,7 +327,16 @@ void VehicleDynamics::rate(const Motion& x, double fraction, MotionRate& k) {
   if (hasDrag()) applyDrag(x);
   jointForces(x, k, false);
   anchorRates(k);
-  if (turning_ && active_.empty()) {
+}
+
+void VehicleDynamics::addForce(const Motion& x, const ExternalForce& force) {
+  pushed_ = true;
+  const Vec3 p_OC = Vec3::from(force.p_W) - Vec3::from(x.X_WB.p);
+  tree_.addForce(model_.ellipsoids[force.ellipsoid].body, toFrame(R_WB_, p_OC), toFrame(R_WB_, Vec3::from(force.f_W)));
+}
+
+void VehicleDynamics::endRate(const Motion& x, MotionRate& k) {
+  if (turning_ && active_.empty() && !pushed_) {
     k.v = x.v_WB;
     k.w = x.w_WB;
     k.a = gravity_W_.toEigen();
@@ -479,9 +499,24 @@ void VehicleDynamics::acceptFlight(VehicleState& state, double dt, std::vector<C
   memory_ = &state.memory;
 }
 
-void VehicleDynamics::evaluate(const VehicleState& state, MotionRate& k) {
+void VehicleDynamics::evaluate(const VehicleState& state, MotionRate& k, const std::vector<ExternalForce>& outside) {
   beginStep(state, 0.0);
-  rate(state.motion, 0.0, k);
+  beginRate(state.motion, 0.0, k);
+  for (const ExternalForce& force : outside) addForce(state.motion, force);
+  endRate(state.motion, k);
+}
+
+void VehicleDynamics::poseAt(const VehicleState& state) {
+  beginStep(state, 0.0);
+  prescribe(0.0);
+  pose(state.motion);
+  move(state.motion);
+}
+
+Spatial VehicleDynamics::momentum(const Motion& x) const {
+  const Spatial own = tree_.momentum(toFrame(R_WB_, Vec3::from(x.v_WB)));
+  const Vec3 linear = fromFrame(R_WB_, own.linear);
+  return {fromFrame(R_WB_, own.angular) + cross(Vec3::from(x.X_WB.p), linear), linear};
 }
 
 double VehicleDynamics::prescribedEffort(int prescribed) const {

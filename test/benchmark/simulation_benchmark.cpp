@@ -2,6 +2,7 @@
 // nor the run-up of W2. Counter us_per_step, in CPU time.
 #include <benchmark/benchmark.h>
 
+#include "ellipsoid_vehicle_sim/vehicle/fleet.h"
 #include "support/motions.h"
 #include "workloads.h"
 
@@ -76,6 +77,32 @@ void driveOverHills(benchmark::State& state, int cells, IntegratorKind integrato
   reportPerStep(state, steps);
 }
 
+/// Twenty cars of five ellipsoids, one after the other on a hilly circle, RK4 at 1 kHz: a step of the whole fleet. `real_time_factor`: simulated over wall time.
+void driveFleet(benchmark::State& state, int threads) {
+  constexpr int kVehicles = 20;
+  constexpr double kRadius = 40.0, kSpeed = 6.0, kSeconds = 2.0;
+  const auto terrain = terrainOf(hills(kHillCells));
+  const SimConfig config = configOf(IntegratorKind::kRk4, ContactsPerEllipsoid::kValley);
+  const auto steps = std::llround(kSeconds / config.dt);
+  Fleet fleet(threads);
+  for (int i = 0; i < kVehicles; ++i) {
+    const double angle = 2.0 * M_PI * i / kVehicles;
+    const Problems refused = fleet.add("car" + std::to_string(i), make(car(), terrain, config));
+    if (!refused.empty()) return state.SkipWithError(refused.front().text().c_str());
+    if (!fleet.setDown(static_cast<std::size_t>(i), kRadius * std::sin(angle), -kRadius * std::cos(angle), angle).empty())
+      return state.SkipWithError("cannot be set down");
+  }
+  for (auto _ : state) {
+    for (std::int64_t i = 0; i < steps; ++i) {
+      for (std::size_t k = 0; k < fleet.size(); ++k) fleet.vehicle(k).command(twist(kSpeed, kSpeed / kRadius));
+      if (fleet.step() != StepStatus::kOk) return state.SkipWithError("diverged");
+    }
+  }
+  state.counters["real_time_factor"] =
+      benchmark::Counter(kSeconds * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
+  reportPerStep(state, steps);
+}
+
 void registerAll() {
   const std::pair<const char*, IntegratorKind> integrators[] = {{"semi_implicit", IntegratorKind::kSemiImplicitEuler},
                                                                 {"rk4", IntegratorKind::kRk4}};
@@ -96,6 +123,11 @@ void registerAll() {
     rests.rest_detection = true;
     add("W1_" + name + "/ours, rest detected", [=](benchmark::State& s) { dropBody(s, rests); });
   }
+  for (const int threads : {1, 2})
+    benchmark::RegisterBenchmark(("fleet_20_rk4/ours, threads " + std::to_string(threads)).c_str(),
+                                 [=](benchmark::State& s) { driveFleet(s, threads); })
+        ->Unit(benchmark::kMillisecond)
+        ->UseRealTime();
   // A circle that fits the smallest world: the same steps to the last bit in all of them.
   const std::pair<const char*, int> worlds[] = {{"2k", 32}, {"20k", 100}, {"200k", kHillCells}, {"2M", kManyHillCells}};
   for (const auto& [size, cell_count] : worlds) {

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <new>
 
+#include "ellipsoid_vehicle_sim/vehicle/fleet.h"
 #include "support/meshes.h"
 #include "support/motions.h"
 
@@ -79,6 +80,40 @@ TEST(NoAllocation, AThousandStepsOverTrianglesTakeNone) {
       drive(simulator, twist(5.0, 0.3), 0.1);
       EXPECT_EQ(allocationsOf(simulator, 1000, twist(5.0, 0.3)), 0) << toString(kind);
     }
+}
+
+TEST(NoAllocation, VehiclesThatPushEachOtherTakeNoneOnceSized) {
+  const auto terrain = rolling();
+  for (const IntegratorKind kind : oneStepIntegrators()) {
+    SimConfig config;
+    config.integrator = kind;
+    config.allow_unstable = true;
+    Fleet fleet(1);
+    for (int i = 0; i < 3; ++i) {
+      ASSERT_TRUE(fleet.add("car" + std::to_string(i), make(car(), terrain, config)).empty());
+      ASSERT_TRUE(fleet.setDown(static_cast<std::size_t>(i), 5.5 * i - 15.0, 0.0, 0.0).empty());
+    }
+    // The last one brakes: the others drive into it.
+    const auto run = [&fleet](int steps) {
+      bool ok = true;
+      std::size_t most = 0;
+      for (int i = 0; i < steps; ++i) {
+        fleet.vehicle(0).command(twist(3.0));
+        fleet.vehicle(1).command(twist(3.0));
+        ok = ok && fleet.step() == StepStatus::kOk;
+        most = std::max(most, fleet.touching().size());
+      }
+      EXPECT_TRUE(ok);
+      return most;
+    };
+    EXPECT_GT(run(1500), 0u) << toString(kind);
+    allocations = 0;
+    counting = true;
+    const std::size_t touching = run(300);
+    counting = false;
+    EXPECT_GT(touching, 0u);
+    EXPECT_EQ(allocations, 0) << toString(kind);
+  }
 }
 
 TEST(NoAllocation, ReadingsTakeNoneOnceSized) {

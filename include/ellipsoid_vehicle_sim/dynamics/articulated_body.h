@@ -114,6 +114,8 @@ class ArticulatedBody {
 
   /// v_B: velocity of O along the base's axes [m/s].
   double kineticEnergy(const Vec3& v_B) const;
+  /// Linear momentum [N s], and angular momentum about O [N m s], along the base's axes; v_B as above.
+  Spatial momentum(const Vec3& v_B) const;
   /// Sum of m c of all bodies relative to O, along the base's axes [kg m].
   Vec3 massMoment() const;
   double totalMass() const { return total_mass_; }

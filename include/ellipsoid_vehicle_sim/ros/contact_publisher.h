@@ -5,29 +5,37 @@
 
 #include <vector>
 
+#include "ellipsoid_vehicle_sim/ContactState.h"
 #include "ellipsoid_vehicle_sim/ros/contact_markers.h"
-#include "ellipsoid_vehicle_sim/ros/node_setup.h"
-#include "ellipsoid_vehicle_sim/ros/world_markers.h"
+#include "ellipsoid_vehicle_sim/ros/vehicle_setup.h"
+#include "ellipsoid_vehicle_sim/vehicle/fleet.h"
 
 namespace ellipsoid_vehicle_sim {
 
-/// Vehicle and world as they collide: contacts, contact_markers, and the latched collision_shapes and world.
+/// A vehicle as it collides: contacts, contact_markers, and the latched collision_shapes.
 class ContactPublisher {
  public:
-  ContactPublisher(ros::NodeHandle& nh, const NodeSetup& setup, const Simulator& simulator, const std::string& frame);
+  /// `fleet` knows the vehicles that it may touch.
+  ContactPublisher(ros::NodeHandle& nh, const VehicleSetup& setup, const Simulator& simulator, const Fleet& fleet,
+                   const std::string& frame);
 
   void publishContacts(const ros::Time& stamp);
   void publishMarkers(const ros::Time& stamp);
   /// Length of the arrows times this.
   void setMarkerScale(double scale) { contact_markers_.setScale(scale); }
+  /// Deletes what was drawn, and hands over the publishers: they have to live until that has gone out.
+  std::vector<ros::Publisher> leave();
 
  private:
   const Simulator& simulator_;
+  const Fleet& fleet_;
   std::string frame_;
   ContactMarkers contact_markers_;
-  WorldMarkers world_markers_;
-  ros::Publisher contact_publisher_, marker_publisher_, shape_publisher_, world_publisher_;
+  ros::Publisher contact_publisher_, marker_publisher_, shape_publisher_;
   std::vector<ContactReport> contacts_;  ///< kept to save its memory.
 };
+
+/// A contact of a vehicle with all names in it.
+ContactState namedContact(const ContactReport& contact, const Simulator& simulator, const Fleet& fleet);
 
 }  // namespace ellipsoid_vehicle_sim

@@ -51,7 +51,7 @@ geometry_msgs::TransformStamped toTransform(const Pose& X_WR, const std::string&
 void toJointState(const std::vector<std::string>& names, const std::vector<JointReading>& readings,
                   const ros::Time& stamp, sensor_msgs::JointState& message);
 
-/// A contact with the names of what touches.
+/// A contact with the names of what touches; where that is another vehicle, `surface` is empty and the caller adds it.
 ContactState toContactState(const ContactReport& contact, const EllipsoidPlacement& ellipsoid,
                             const std::string& surface);
 /// Diagonal covariances from the noise's deviations, never less than a millionth.

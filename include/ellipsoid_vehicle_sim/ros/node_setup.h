@@ -4,32 +4,35 @@
 
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
-#include "ellipsoid_vehicle_sim/geometry/problem.h"
-#include "ellipsoid_vehicle_sim/ros/parameters.h"
-#include "ellipsoid_vehicle_sim/ros/run_recorder.h"
-#include "ellipsoid_vehicle_sim/vehicle/simulator.h"
+#include "ellipsoid_vehicle_sim/ros/vehicle_setup.h"
+#include "ellipsoid_vehicle_sim/vehicle/fleet.h"
 
 namespace ellipsoid_vehicle_sim {
 
 /// Everything the node needs before it tells anybody that it exists.
 struct NodeSetup {
-  NodeOptions options;
+  NodeOptions options;                ///< of the node as a whole.
   std::shared_ptr<const Terrain> terrain;
-  Simulator simulator;                ///< set down at its start.
-  std::string base_frame;             ///< the URDF's root link.
-  double vehicle_length = 1.0;        ///< largest distance across its ellipsoids, joints at zero [m].
-  std::set<std::string> drawn_links;  ///< links with a visual that can be drawn.
+  WorldStart world_start;
+  std::vector<std::string> world_files;
+  ParameterValues common;             ///< what stands under ~, for vehicles that come later.
+  Fleet fleet;                        ///< every vehicle set down at its start.
+  std::vector<VehicleSetup> vehicles; ///< in the fleet's order; their simulators are there.
+  std::vector<std::optional<RunRecorder>> recorders;  ///< likewise, where ~record_folder asks for them.
   std::vector<std::string> notes;
-  std::optional<RunRecorder> recorder;  ///< where ~record_folder asks for one.
 };
 
-/// Parameters, vehicle, world, simulator, set-down, clock: every problem that can be found, at once. Sets
-/// robot_description if nobody has. Advertises nothing.
+/// Parameters, vehicles, world, simulators, set-down, clock: every problem that can be found, at once. Sets
+/// robot_description where nobody has. Advertises nothing.
 Loaded<NodeSetup> loadSetup(const ros::NodeHandle& nh, const ros::NodeHandle& nh_priv);
+
+/// Name in the fleet: the only vehicle, which has none, is "vehicle".
+std::string fleetName(const std::string& name);
+/// Takes the simulator over and sets it down. Problems: it is in the fleet no longer.
+Problems addToFleet(VehicleSetup& vehicle, Fleet& fleet);
 
 /// All to ROS_ERROR, one line each, and how many there are.
 void logProblems(const Problems& problems);

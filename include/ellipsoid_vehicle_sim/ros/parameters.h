@@ -34,6 +34,8 @@ struct NodeOptions {
   std::vector<std::string> package_dirs;  ///< searched for package://NAME before ROS is asked.
   std::string world;                      ///< name of a shipped world, or path of a mesh or world YAML.
   std::vector<std::string> drive_joints;  ///< the driven wheels; empty: found out from the URDF.
+  std::vector<std::string> vehicles;      ///< names of several vehicles; empty: one, without a name.
+  double threads = 0.0;                   ///< several vehicles: 0 = as many as there are cores; whole.
   bool repair_inertia = false;            ///< replace masses and inertias that cannot be.
   double body_ellipsoids = 1.0;           ///< for each shape of the body, at most; whole.
   std::string forward = "auto";           ///< which way of the root link is forward: auto, x, -x, y, -y.
@@ -42,9 +44,12 @@ struct NodeOptions {
 
   std::string odom_frame = "odom";
   std::string base_frame;   ///< empty: the URDF's root link.
+  std::string tf_prefix;    ///< before odom_frame and the frames of the links.
   std::string world_frame;  ///< empty: odom_frame with true odometry, "map" with the encoders'.
   bool publish_tf = true;
-  bool publish_world_tf = false;  ///< encoders only: world_frame -> odom_frame.
+  bool publish_world_tf = false;  ///< world_frame -> odom_frame, where they are two.
+  bool publish_link_tf = false;   ///< the links, as robot_state_publisher would.
+  bool named = false;             ///< no parameter: one of several vehicles, in a name space of its own.
 
   OdometrySource odometry = OdometrySource::kTruth;
   OdometryNoise odometry_noise;
@@ -72,6 +77,11 @@ struct NodeOptions {
   double record_rate = 100.0;
 };
 
+/// Defaults of a vehicle with a name: frames of its own below one world frame, links sent by the node.
+NodeOptions optionsOfNamed(const std::string& name);
+/// Keys that only the node as a whole has.
+const std::vector<std::string>& nodeWideKeys();
+
 /// The frame of the world on the wire.
 std::string worldFrameOf(const NodeOptions& options);
 
@@ -97,8 +107,11 @@ struct ParameterSource {
 /// Everything under the namespace of nh_priv.
 Loaded<ParameterValues> readParameterServer(const ros::NodeHandle& nh_priv);
 
-/// Later sources win over earlier ones. Unknown and misspelt keys, wrong types and values out of range are problems,
-/// all at once.
-Loaded<NodeParameters> parametersFrom(std::vector<ParameterSource> sources);
+/// What stands below `name` there; nothing if there is nothing.
+Loaded<ParameterValues> readParameterServer(const ros::NodeHandle& nh_priv, const std::string& name);
+
+/// Later sources win over earlier ones, and all over `defaults`. Unknown and misspelt keys, wrong types and values out of
+/// range are problems, all at once.
+Loaded<NodeParameters> parametersFrom(std::vector<ParameterSource> sources, NodeOptions defaults = {});
 
 }  // namespace ellipsoid_vehicle_sim

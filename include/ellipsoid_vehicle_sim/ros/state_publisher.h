@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "ellipsoid_vehicle_sim/ros/link_transforms.h"
 #include "ellipsoid_vehicle_sim/ros/parameters.h"
 #include "ellipsoid_vehicle_sim/vehicle/imu.h"
 #include "ellipsoid_vehicle_sim/vehicle/wheel_odometry.h"
@@ -27,9 +28,11 @@ class StatePublisher {
   void publishImu(const ros::Time& stamp, std::int64_t sample);
 
   const std::string& worldFrame() const { return world_frame_; }
+  bool hasOdomFrame() const { return world_frame_ != options_.odom_frame; }  ///< of its own, besides the world's.
   /// X_WO: where the odom frame stands in the world; the identity with true odometry.
   Pose odomInWorld() const;
   WheelOdometry& odometry() { return odometry_; }
+  const WheelOdometry& odometry() const { return odometry_; }
 
  private:
   bool encoders() const { return options_.odometry == OdometrySource::kEncoders; }
@@ -39,6 +42,7 @@ class StatePublisher {
   std::string world_frame_, base_frame_;
   const Simulator& simulator_;
   WheelOdometry odometry_;
+  LinkTransforms links_;
   ImuNoise imu_noise_;
   ros::Publisher tf_publisher_, odom_publisher_, truth_publisher_, joint_publisher_, imu_publisher_;
 

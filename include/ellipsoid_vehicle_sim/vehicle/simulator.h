@@ -27,9 +27,11 @@ enum class StepStatus {
 /// One contact as published: where, how deep, with what force. Forces act on the vehicle.
 struct ContactReport {
   int ellipsoid = 0;              ///< index into Simulator::ellipsoids().
-  int triangle = 0;               ///< index into the terrain.
-  Eigen::Vector3d p_WC;           ///< point of the terrain [m].
-  Eigen::Vector3d nhat_W;         ///< unit, from the terrain into the vehicle.
+  int triangle = 0;               ///< index into the terrain; -1: another vehicle is touched.
+  int other = -1;                 ///< that vehicle, see Fleet::nameOf().
+  int other_ellipsoid = -1;       ///< and which of its ellipsoids.
+  Eigen::Vector3d p_WC;           ///< point of the terrain, or of the other ellipsoid [m].
+  Eigen::Vector3d nhat_W;         ///< unit, from the terrain, or the other, into the vehicle.
   double depth = 0.0;             ///< geometric penetration [m].
   double normal_force = 0.0;      ///< [N], >= 0.
   Eigen::Vector3d friction_W;     ///< [N], perpendicular to nhat_W.
@@ -149,12 +151,17 @@ class Simulator {
   Eigen::Vector3d rootAcceleration_W() const;     ///< of the root link's origin, in W, at the present state [m/s^2].
   const std::vector<std::string>& jointNames() const;  ///< every movable joint of the description, in its order.
   void jointReadings(std::vector<JointReading>& out) const;  ///< same order; no allocation once sized.
-  void contacts(std::vector<ContactReport>& out) const;      ///< at the present state; no allocation once sized.
+  /// At the present state, those with other vehicles of a fleet last; no allocation once sized.
+  void contacts(std::vector<ContactReport>& out) const;
+  /// Where the ellipsoids are, in the order of ellipsoids(); no allocation once sized.
+  void posedEllipsoids(std::vector<PosedEllipsoid>& out) const;
   /// Why an ellipsoid (an index into ellipsoids()) is pushed as it is; for looking closely, not for every step.
   ContactExplanation explainContact(int ellipsoid) const;
   const std::vector<EllipsoidPlacement>& ellipsoids() const;
   double largestPenetration() const;  ///< deepest geometric contact right now [m].
-  double energy() const;              ///< kinetic + gravity + springs of joints, contacts and friction [J].
+  double energy() const;              ///< kinetic + gravity + springs of joints, terrain contacts and friction [J].
+  Eigen::Vector3d momentum_W() const;         ///< [N s].
+  Eigen::Vector3d angularMomentum_W() const;  ///< about W's origin [N m s].
   double encoderSpeed() const;        ///< forward speed as the wheels' encoders tell it [m/s].
   double encoderYawRate() const;      ///< [rad/s].
 
@@ -177,6 +184,9 @@ class Simulator {
  private:
   static Loaded<Simulator> createForAccuracy(const VehicleDescription& vehicle, std::shared_ptr<const Terrain> terrain,
                                              SimConfig config, double target);
+  friend class Fleet;
+  friend class FleetIsland;
+  friend class BroadPhase;
   struct Impl;
   explicit Simulator(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;

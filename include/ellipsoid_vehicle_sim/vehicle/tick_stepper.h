@@ -32,6 +32,10 @@ class TickStepper {
   /// motion, paths and treads are then of no use. `ends_tick` false: paths and treads go on accelerating after it.
   TickOutcome advance(VehicleState& state, std::vector<ContactMemory>& before, bool ends_tick = true);
 
+  /// Takes over `next` as the end of a step of h seconds that was worked out elsewhere, with these dynamics; what else
+  /// advance() says of `before` and of an outcome that is not sane holds.
+  void endStep(VehicleState& state, const Motion& next, double h, std::vector<ContactMemory>& before, TickOutcome& outcome);
+
  private:
   bool takeFlight(VehicleState& state, TickOutcome& outcome);
   void takeWhole(VehicleState& state, TickOutcome& outcome);
@@ -44,6 +48,7 @@ class TickStepper {
 
   // Takes over `next` as the end of a step of h seconds.
   void accept(VehicleState& state, const Motion& next, double h, bool last, TickOutcome& outcome);
+  static void giveUp(VehicleState& state, std::vector<ContactMemory>& before, const TickOutcome& outcome);
   double errorOf(double h) const;
 
   // What a trial step of rk4_events met.

@@ -25,6 +25,18 @@ struct ActiveContact {
   Eigen::Vector3d anchor_W;   ///< stretch of the friction, turned to the contact's normal [m].
 };
 
+/// A force on an ellipsoid from elsewhere than the terrain.
+struct ExternalForce {
+  int ellipsoid = 0;
+  Eigen::Vector3d p_W, f_W;  ///< point [m], force [N].
+};
+
+/// How the surface of an ellipsoid moves where it touches.
+struct SurfaceMotion {
+  Vec3 v;       ///< against W [m/s].
+  Vec3 v_roll;  ///< the part that the ellipsoid's own turning makes [m/s].
+};
+
 /// The rate function: one vehicle in one world, (state, command) -> rate. Everything that a force depends on is in its
 /// arguments; the members are the constants and the buffers of one evaluation. Not for several threads at once.
 class VehicleDynamics {
@@ -44,7 +56,14 @@ class VehicleDynamics {
   void beginStep(const VehicleState& frozen, double dt);
 
   // What the integrators ask for; see integrator.h.
-  void rate(const Motion& x, double fraction, MotionRate& k);
+  void rate(const Motion& x, double fraction, MotionRate& k) {
+    beginRate(x, fraction, k);
+    endRate(x, k);
+  }
+  /// rate() in two halves, between which forces from outside may be added: those of other vehicles.
+  void beginRate(const Motion& x, double fraction, MotionRate& k);
+  void addForce(const Motion& x, const ExternalForce& force);
+  void endRate(const Motion& x, MotionRate& k);
   void positionRates(const Motion& x, MotionRate& k);
   void advance(const Motion& x, double h, const MotionRate& k, Motion& result) const {
     retract(x, h, k, result);
@@ -75,14 +94,31 @@ class VehicleDynamics {
   /// The same where nothing can have touched: no search.
   void acceptFlight(VehicleState& state, double dt, std::vector<ContactMemory>& before, bool ends_tick);
 
-  /// Evaluates at the state itself; afterwards the queries below answer for it.
-  void evaluate(const VehicleState& state, MotionRate& k);
+  /// Evaluates at the state itself; afterwards the queries below answer for it. `outside`: forces that do not come from
+  /// the terrain.
+  void evaluate(const VehicleState& state, MotionRate& k, const std::vector<ExternalForce>& outside = {});
+  /// Poses and velocities alone, at the state itself: posedEllipsoids() and centreVelocity() answer for it.
+  void poseAt(const VehicleState& state);
+  /// Velocity of an ellipsoid's centre, x being the state last posed at, in W [m/s].
+  Eigen::Vector3d centreVelocity(const Motion& x, int ellipsoid) const {
+    const Vec3 p_OE = Vec3::from(posed_[ellipsoid].p_WE) - Vec3::from(x.X_WB.p);
+    return pointVelocity(x, model_.ellipsoids[ellipsoid].body, p_OE).toEigen();
+  }
+  /// And the angular velocity of the body that carries it [rad/s].
+  Eigen::Vector3d turning(int ellipsoid) const { return moving_W_[model_.ellipsoids[ellipsoid].body].angular.toEigen(); }
   const std::vector<ActiveContact>& activeContacts() const { return active_; }
   /// Speed at which the vehicle's surface sinks into an active contact, x being the state last evaluated [m/s].
   double sinkingSpeed(const Motion& x, const ActiveContact& active) const {
     const Vec3 v = pointVelocity(x, model_.ellipsoids[active.ellipsoid].body, Vec3::from(active.p_OC));
     return -dot(Vec3::from(active.contact.nhat_W), v);
   }
+  /// The same of the vehicle's surface at the point of a contact; a tread that runs free sets `roll_axis`, along which it
+  /// gives way. Asks for ellipsoid, nhat_W, p_WE_lowest and p_OC.
+  SurfaceMotion surfaceMotion(const Motion& x, ActiveContact& active) const;
+  /// Coefficients of an ellipsoid where the other side has none of its own, friction scale included.
+  FrictionCoefficients ownFriction(int ellipsoid) const;
+  /// Linear momentum in W [N s], and angular momentum about W's origin [N m s], at the state last evaluated.
+  Spatial momentum(const Motion& x) const;
   const std::vector<double>& jointEfforts() const { return joint_effort_; }
   const std::vector<double>& motorTorques() const { return motor_torque_; }
   double prescribedEffort(int prescribed) const;
@@ -90,6 +126,7 @@ class VehicleDynamics {
   double potentialEnergy(const Motion& x) const;   ///< gravity and springs, holds and anchors included [J].
   const ArticulatedBody& tree() const { return tree_; }
   const Terrain& terrain() const { return terrain_; }
+  const VehicleModel& model() const { return model_; }
   /// Where the ellipsoids were at the last evaluation.
   const std::vector<PosedEllipsoid>& posedEllipsoids() const { return posed_; }
 
@@ -111,12 +148,6 @@ class VehicleDynamics {
   void applyContacts(const Motion& x);
   Anchors acceptContacts(const Motion& x, int ellipsoid, const ContactMemory& old, ContactMemory& memory, double dt);
   double freeTreadSpeed(const Motion& x, int ellipsoid) const;
-  // How the surface of an ellipsoid moves where it touches.
-  struct SurfaceMotion {
-    Vec3 v;       ///< against the ground [m/s].
-    Vec3 v_roll;  ///< the part that the ellipsoid's own turning makes [m/s].
-  };
-  SurfaceMotion surfaceMotion(const Motion& x, ActiveContact& active) const;
   void jointForces(const Motion& x, MotionRate& k, bool rates_only);
   void anchorRates(MotionRate& k) const;
   Vec3 anchorOf(const Motion& x, const ActiveContact& active) const;
@@ -142,6 +173,8 @@ class VehicleDynamics {
   std::vector<std::size_t> friction_row_;        ///< per ellipsoid: where its row begins.
   std::vector<ContactLaw> laws_;                 ///< per ellipsoid.
   Vec3 gravity_W_;
+  double friction_scale_ = 1.0;
+  bool pushed_ = false;  ///< from outside, in the present evaluation.
 
   const VehicleState* frozen_ = nullptr;
   const std::vector<ContactMemory>* memory_ = nullptr;  ///< of the last accepted pose.

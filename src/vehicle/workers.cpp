@@ -1,0 +1,62 @@
+#include "workers.h"
+
+#include <algorithm>
+#include <thread>
+
+#ifdef ELLIPSOID_VEHICLE_SIM_HAS_TBB
+#include <tbb/blocked_range.h>
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+#endif
+
+namespace ellipsoid_vehicle_sim {
+
+#ifdef ELLIPSOID_VEHICLE_SIM_HAS_TBB
+
+struct Workers::Arena {
+  explicit Arena(int threads)
+      : allowed(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)), arena(threads) {}
+  tbb::global_control allowed;  // as many as asked for, also where there are fewer cores
+  tbb::task_arena arena;
+};
+
+bool Workers::available() { return true; }
+
+Workers::Workers(int threads)
+    : threads_(threads > 0 ? threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()))) {
+  if (threads_ > 1) arena_ = std::make_unique<Arena>(threads_);
+}
+
+void Workers::run(int n, void (*call)(void*, int), void* context) {
+  if (n < 2 || threads_ < 2) {
+    for (int i = 0; i < n; ++i) call(context, i);
+    return;
+  }
+  arena_->arena.execute([n, call, context] {
+    tbb::parallel_for(
+        tbb::blocked_range<int>(0, n, 1),
+        [call, context](const tbb::blocked_range<int>& range) {
+          for (int i = range.begin(); i < range.end(); ++i) call(context, i);
+        },
+        tbb::simple_partitioner());
+  });
+}
+
+#else
+
+struct Workers::Arena {};
+
+bool Workers::available() { return false; }
+
+Workers::Workers(int) {}
+
+void Workers::run(int n, void (*call)(void*, int), void* context) {
+  for (int i = 0; i < n; ++i) call(context, i);
+}
+
+#endif
+
+Workers::~Workers() = default;
+
+}  // namespace ellipsoid_vehicle_sim
