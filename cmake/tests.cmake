@@ -49,6 +49,7 @@ set_tests_properties(fuzz PROPERTIES TIMEOUT 300 COST 1000 SKIP_RETURN_CODE 77
 # Runs the programs that need no ROS.
 add_dependencies(scene_test ${PROJECT_NAME}_headless ${PROJECT_NAME}_meshes)
 add_dependencies(inertia_lint_test ${PROJECT_NAME}_urdf_doctor)
+target_link_libraries(peers_test PRIVATE ${PROJECT_NAME}_peers)
 add_dependencies(vehicle_trial_test ${PROJECT_NAME}_vehicle_trial ${PROJECT_NAME}_meshes)
 
 # A ten-line program against the installed core, built apart from this project.

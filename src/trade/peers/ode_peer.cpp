@@ -1,76 +1,99 @@
 #include "peers.h"
 
 #ifdef WITH_ODE
-#include <ode/ode.h>
-
-#include <mutex>
+#include "ode_world.h"
 #endif
 
 namespace ellipsoid_vehicle_sim {
 
 #ifdef WITH_ODE
 
-namespace {
-
-PeerRun runOde(const BodyScene& scene, double dt) {
-  // One run at a time: all worlds share one pool of jobs, which two threads at once break.
+std::mutex& OdeWorld::mutex() {
   static std::mutex running;
-  const std::lock_guard<std::mutex> alone(running);
+  return running;
+}
+
+OdeWorld::OdeWorld(double gravity) {
   static std::once_flag started;
   std::call_once(started, [] { dInitODE2(0); });
   dAllocateODEDataForThread(dAllocateMaskAll);
-  const dWorldID world = dWorldCreate();
-  dWorldSetGravity(world, 0, 0, -scene.gravity);
-  const dJointGroupID joints = dJointGroupCreate(0);
-  const dBodyID body = dBodyCreate(world);
-  dMass mass;
-  dMassSetParameters(&mass, scene.mass, 0, 0, 0, scene.inertia.x(), scene.inertia.y(), scene.inertia.z(), 0, 0, 0);
-  dBodySetMass(body, &mass);
-  dBodySetPosition(body, scene.X_WB.p.x(), scene.X_WB.p.y(), scene.X_WB.p.z());
-  const dQuaternion q = {scene.X_WB.q.w(), scene.X_WB.q.x(), scene.X_WB.q.y(), scene.X_WB.q.z()};
-  dBodySetQuaternion(body, q);
-  dBodySetLinearVel(body, scene.v_WB.x(), scene.v_WB.y(), scene.v_WB.z());
-  dBodySetAngularVel(body, scene.w_WB.x(), scene.w_WB.y(), scene.w_WB.z());
+  world = dWorldCreate();
+  dWorldSetGravity(world, 0, 0, -gravity);
+  contacts = dJointGroupCreate(0);
+}
 
-  const auto pose = [body] {
-    const dReal* p = dBodyGetPosition(body);
-    const dReal* r = dBodyGetQuaternion(body);
-    return Pose{{p[0], p[1], p[2]}, Eigen::Quaterniond(r[0], r[1], r[2], r[3])};
-  };
-  // ODE has no ellipsoid: its contact joint is told the lowest point over the plane, with the spring and damper as its
-  // manual gives them in terms of ERP and CFM.
-  const double sum = dt * scene.stiffness + scene.damping;
-  const auto step = [&] {
-    const Pose X_WB = pose();
-    const Eigen::Vector3d n_B = X_WB.q.conjugate() * scene.nhat_W;
-    const Eigen::Vector3d scaled = scene.radii.cwiseProduct(n_B);
-    const Eigen::Vector3d lowest = X_WB.p - X_WB.q * scene.radii.cwiseProduct(scaled / scaled.norm());
-    const double depth = scene.nhat_W.dot(scene.p_WP - lowest);
-    if (depth > 0.0) {
-      dContact contact{};
-      contact.surface.mode = dContactSoftERP | dContactSoftCFM | dContactApprox1;
-      contact.surface.mu = scene.mu;
-      contact.surface.soft_erp = dt * scene.stiffness / sum;
-      contact.surface.soft_cfm = 1.0 / sum;
-      for (int i = 0; i < 3; ++i) {
-        contact.geom.pos[i] = lowest[i];
-        contact.geom.normal[i] = scene.nhat_W[i];
-      }
-      contact.geom.depth = depth;
-      dJointAttach(dJointCreateContact(world, joints, &contact), body, nullptr);
-    }
-    dWorldStep(world, dt);
-    dJointGroupEmpty(joints);
-  };
-  const PeerRun run = runPeer(scene, dt, step, pose);
-  dJointGroupDestroy(joints);
+OdeWorld::~OdeWorld() {
+  dJointGroupDestroy(contacts);
   dWorldDestroy(world);
-  return run;
+}
+
+dBodyID OdeWorld::addBody(double mass, const Eigen::Vector3d& inertia, const Pose& X_WB, const Eigen::Vector3d& v_WB,
+                          const Eigen::Vector3d& w_WB) {
+  const dBodyID body = dBodyCreate(world);
+  dMass m;
+  dMassSetParameters(&m, mass, 0, 0, 0, inertia.x(), inertia.y(), inertia.z(), 0, 0, 0);
+  dBodySetMass(body, &m);
+  dBodySetPosition(body, X_WB.p.x(), X_WB.p.y(), X_WB.p.z());
+  const dQuaternion q = {X_WB.q.w(), X_WB.q.x(), X_WB.q.y(), X_WB.q.z()};
+  dBodySetQuaternion(body, q);
+  dBodySetLinearVel(body, v_WB.x(), v_WB.y(), v_WB.z());
+  dBodySetAngularVel(body, w_WB.x(), w_WB.y(), w_WB.z());
+  return body;
+}
+
+void OdeWorld::step(double dt) {
+  dWorldStep(world, dt);
+  dJointGroupEmpty(contacts);
+}
+
+Pose odePose(dBodyID body) {
+  const dReal *p = dBodyGetPosition(body), *r = dBodyGetQuaternion(body);
+  return {{p[0], p[1], p[2]}, Eigen::Quaterniond(r[0], r[1], r[2], r[3])};
+}
+
+OdeContact lowestPoint(const Pose& X_WE, const Eigen::Vector3d& radii, const Eigen::Vector3d& nhat_W,
+                       const Eigen::Vector3d& p_WP) {
+  const Eigen::Vector3d n_E = X_WE.q.conjugate() * nhat_W;
+  const Eigen::Vector3d scaled = radii.cwiseProduct(n_E);
+  const Eigen::Vector3d p_WC = X_WE.p - X_WE.q * radii.cwiseProduct(scaled / scaled.norm());
+  return {nhat_W.dot(p_WP - p_WC), p_WC};
+}
+
+dContact odeContact(const OdeContact& contact, const Eigen::Vector3d& nhat_W, double mu, double stiffness,
+                    double damping, double dt) {
+  dContact c{};
+  const double sum = dt * stiffness + damping;
+  c.surface.mode = dContactSoftERP | dContactSoftCFM | dContactApprox1;
+  c.surface.mu = mu;
+  c.surface.soft_erp = dt * stiffness / sum;
+  c.surface.soft_cfm = 1.0 / sum;
+  for (int i = 0; i < 3; ++i) {
+    c.geom.pos[i] = contact.p_WC[i];
+    c.geom.normal[i] = nhat_W[i];
+  }
+  c.geom.depth = contact.depth;
+  return c;
+}
+
+namespace {
+
+PeerRun runOde(const BodyScene& scene, double dt) {
+  OdeWorld ode(scene.gravity);
+  const dBodyID body = ode.addBody(scene.mass, scene.inertia, scene.X_WB, scene.v_WB, scene.w_WB);
+  const auto step = [&] {
+    const OdeContact lowest = lowestPoint(odePose(body), scene.radii, scene.nhat_W, scene.p_WP);
+    if (lowest.depth > 0.0) {
+      const dContact contact = odeContact(lowest, scene.nhat_W, scene.mu, scene.stiffness, scene.damping, dt);
+      dJointAttach(dJointCreateContact(ode.world, ode.contacts, &contact), body, nullptr);
+    }
+    ode.step(dt);
+  };
+  return runPeer(scene.duration, dt, step, [body] { return odePose(body); });
 }
 
 }  // namespace
 
-std::vector<Peer> odePeers() { return {{"ODE", "step", runOde}}; }
+std::vector<Peer> odePeers() { return {{"ODE", "step", runOde, driveOde}}; }
 std::string odeVersion() { return std::string("ODE, configured as ") + dGetConfiguration(); }
 
 #else

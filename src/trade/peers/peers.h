@@ -1,8 +1,10 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "drive_scene.h"
 #include "ellipsoid_vehicle_sim/trade/study.h"
 
 // Other engines on the same scenes, where they were found when this was built.
@@ -12,9 +14,10 @@ namespace ellipsoid_vehicle_sim {
 /// "MuJoCo 2.2.2", or "MuJoCo: not found when this was built".
 std::vector<std::string> peerVersions();
 
-/// Runs the engines that are there on a scene they can do: one rigid body of one ellipsoid, placed (not set down), over
-/// a world that is one plane, without commands. Contact stiffness and damping are set to ours as far as an engine has
-/// them. error: distance from the same engine's finest run; model_error: from ours. Nothing for other scenes.
+/// Runs the engines that are there on a scene over one plane: a body of one ellipsoid that is placed, not set down, as a
+/// BodyScene, every other vehicle as a DriveScene. Contact stiffness and damping are set to ours as far as an engine has
+/// them. error: distance from the same engine's finest run; model_error: from ours. What an engine cannot be told, and what
+/// its budget does not pay for, is a row that says why.
 std::vector<StudyRow> studyPeers(const LoadedScene& scene, const StudyBudget& budget, const RowListener& told);
 
 /// One ellipsoid over one plane: what every engine can be told.
@@ -32,13 +35,15 @@ struct BodyScene {
 /// A run of an engine: the path every kPathInterval; empty where it broke down.
 struct PeerRun {
   MeasuredPath path;
-  double cpu = 0.0;  ///< of the steps [s].
+  double cpu = 0.0;    ///< of the steps [s].
+  std::string cannot;  ///< why the engine cannot be told the scene at all; empty: it can.
 };
 
 /// An engine with one of its methods.
 struct Peer {
   std::string program, method;
-  PeerRun (*run)(const BodyScene& scene, double dt);
+  std::function<PeerRun(const BodyScene& scene, double dt)> run;
+  std::function<PeerRun(const DriveScene& scene, double dt)> drive;
 };
 
 // Each in a file of its own; no peers where it was not found when this was built.
@@ -49,11 +54,16 @@ std::string mujocoVersion();
 std::string bulletVersion();
 std::string odeVersion();
 
+// Of engines that were found.
+PeerRun driveMujoco(const DriveScene& scene, const std::string& integrator, double dt);
+PeerRun driveBullet(const DriveScene& scene, double dt);
+PeerRun driveOde(const DriveScene& scene, double dt);
+
 /// Steps an engine to the end, timing only its steps. `step` advances by dt; `pose` tells where the body is.
 template <typename Step, typename GetPose>
-PeerRun runPeer(const BodyScene& scene, double dt, Step&& step, GetPose&& pose) {
+PeerRun runPeer(double duration, double dt, Step&& step, GetPose&& pose) {
   PeerRun run;
-  const auto ticks = static_cast<std::int64_t>(std::llround(scene.duration / dt));
+  const auto ticks = static_cast<std::int64_t>(std::llround(duration / dt));
   const auto per_sample = std::max<std::int64_t>(1, std::llround(kPathInterval / dt));
   const auto sample = [&run, &pose] {
     const Pose X_WB = pose();
