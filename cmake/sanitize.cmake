@@ -3,7 +3,7 @@ set(SANITIZE "" CACHE STRING "Sanitizers to build everything with: address,undef
 
 if(SANITIZE)
   # Assertions stay in, Eigen's among them.
-  set(CMAKE_CXX_FLAGS_SANITIZE "-O2 -g1 -fno-omit-frame-pointer -fsanitize=${SANITIZE} -fno-sanitize-recover=all")
+  set(CMAKE_CXX_FLAGS_SANITIZE "-O1 -g1 -fno-omit-frame-pointer -fsanitize=${SANITIZE} -fno-sanitize-recover=all")
   set(CMAKE_EXE_LINKER_FLAGS_SANITIZE "")
   set(CMAKE_SHARED_LINKER_FLAGS_SANITIZE "")
   set(CMAKE_BUILD_TYPE Sanitize CACHE STRING "Set by SANITIZE" FORCE)

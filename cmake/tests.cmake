@@ -11,6 +11,10 @@ endif()
 
 # The work is in the libraries: tests are compiled with little optimisation, and read the headers they share once. Both
 # together halve the time of a build from nothing.
+set(timeout 600)
+if(SANITIZE)
+  set(timeout 3600)  # the same slow-down as ELLIPSOID_VEHICLE_SIM_SLOWDOWN in scripts/sanitizers.sh, and some
+endif()
 set(first_test)
 file(GLOB test_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/test/*/*_test.cpp)
 list(FILTER test_sources EXCLUDE REGEX "/test/(ros|consumer|benchmark)/")
@@ -34,7 +38,7 @@ foreach(source IN LISTS test_sources)
   endif()
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/test)
   add_test(NAME ${name} COMMAND ${name})
-  set_tests_properties(${name} PROPERTIES TIMEOUT 600)
+  set_tests_properties(${name} PROPERTIES TIMEOUT ${timeout})
 endforeach()
 
 # The targets of scripts/fuzz, with the inputs that are kept.
@@ -45,6 +49,28 @@ target_sources(fuzz_replay_test PRIVATE ${fuzz_sources})
 add_test(NAME fuzz COMMAND ${PROJECT_SOURCE_DIR}/scripts/fuzz --no-build --seconds 6 --seed 1)
 set_tests_properties(fuzz PROPERTIES TIMEOUT 300 COST 1000 SKIP_RETURN_CODE 77
   ENVIRONMENT ELLIPSOID_VEHICLE_SIM_BUILD=${PROJECT_BINARY_DIR})
+
+# A run with sanitizers is worth nothing if it would not see a fault: these are planted, and have to be seen, with the
+# suppressions that everything else runs with. Their reports stand in the output, not with those of real faults.
+if(SANITIZE)
+  add_executable(planted_fault ${PROJECT_SOURCE_DIR}/test/sanitizers/planted_fault.cpp)
+  target_link_libraries(planted_fault PRIVATE Threads::Threads)
+  target_compile_options(planted_fault PRIVATE -O0)
+  if(SANITIZE STREQUAL "thread")
+    set(planted "race=WARNING: ThreadSanitizer: data race")
+  else()
+    set(planted "overflow=ERROR: AddressSanitizer: heap-buffer-overflow" "undefined=runtime error: signed integer overflow"
+      "leak=ERROR: LeakSanitizer: detected memory leaks")
+  endif()
+  foreach(pair IN LISTS planted)
+    string(REGEX MATCH "^[a-z]+" kind "${pair}")
+    string(REGEX REPLACE "^[a-z]+=" "" report "${pair}")
+    add_test(NAME planted_${kind} COMMAND planted_fault ${kind})
+    set(suppressions ${PROJECT_SOURCE_DIR}/test/sanitizers)
+    set_tests_properties(planted_${kind} PROPERTIES PASS_REGULAR_EXPRESSION "${report}" ENVIRONMENT
+      "TSAN_OPTIONS=suppressions=${suppressions}/thread.txt;ASAN_OPTIONS=;UBSAN_OPTIONS=;LSAN_OPTIONS=suppressions=${suppressions}/leak.txt")
+  endforeach()
+endif()
 
 # Runs the programs that need no ROS.
 add_dependencies(scene_test ${PROJECT_NAME}_headless ${PROJECT_NAME}_meshes)

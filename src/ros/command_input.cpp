@@ -194,10 +194,13 @@ bool CommandInput::restore(ByteReader& in) {
   };
   std::array<std::deque<Command>, kTopicCount> waiting;
   for (auto& queue : waiting) {
-    for (std::uint64_t n = in.whole(); n > 0 && in.ok(); --n) {
+    const std::uint64_t count = in.whole();
+    if (count > kLongestWaiting) return false;
+    for (std::uint64_t n = count; n > 0 && in.ok(); --n) {
       if (in.byte() == 0) {
         DriveCommand drive;
         drive.kind = static_cast<DriveCommand::Kind>(in.byte());
+        if (drive.kind > DriveCommand::Kind::kCoast) return false;
         for (double* value : {&drive.speed, &drive.yaw_rate, &drive.steering_angle, &drive.steering_angle_velocity,
                               &drive.acceleration, &drive.jerk}) {
           *value = in.number();

@@ -15,6 +15,7 @@ namespace ellipsoid_vehicle_sim {
 namespace {
 
 constexpr std::uint64_t kStateVersion = 1;  // of what is saved beside the simulator's own state
+constexpr std::int64_t kMostTicks = 1000000000000000;  // thirty thousand years of milliseconds
 
 std::string atTime(double time) {
   char text[40];
@@ -127,7 +128,7 @@ Outcome SimulatorNode::restoreState(const std::vector<std::uint8_t>& bytes, cons
   ByteReader in(snapshot.extra.data(), snapshot.extra.data() + snapshot.extra.size());
   const bool known = in.whole() == kStateVersion;
   const auto ticks = static_cast<std::int64_t>(in.whole());
-  if (!known || !in.ok() || ticks < 0) return foreign;
+  if (!known || !in.ok() || ticks < 0 || ticks > kMostTicks) return foreign;
   for (std::size_t i = 0; i < vehicles_.size(); ++i) {
     const std::vector<std::uint8_t>& own = snapshot.vehicles[i].extra;
     ByteReader beside(own.data(), own.data() + own.size());

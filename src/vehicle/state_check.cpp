@@ -10,6 +10,7 @@ namespace {
 
 /// No state of a vehicle holds a larger number [SI].
 constexpr double kLargestValue = 1e15;
+constexpr std::int64_t kOldest = 1000000000000000;  // ticks: thirty thousand years of milliseconds
 /// What a rotation kept for hours loses of its length, many times over.
 constexpr double kRotationRounding = 1e-6;
 
@@ -20,7 +21,7 @@ class FieldCheck {
   void operator()(double value) { fits(std::isfinite(value) && std::abs(value) <= kLargestValue, "a number out of range"); }
   void operator()(bool) {}
   void operator()(int) {}  // looked at where its meaning is known
-  void operator()(std::int64_t age) { fits(age >= 0, "a negative age"); }
+  void operator()(std::int64_t age) { fits(age >= 0 && age <= kOldest, "an age out of range"); }
   void operator()(DriveState::Mode mode) { fits(mode <= DriveState::Mode::kDrive, "an unknown mode of the drive"); }
   void operator()(DriveCommand::Kind kind) { fits(kind <= DriveCommand::Kind::kCoast, "an unknown kind of command"); }
   void operator()(JointCommand::Kind kind) { fits(kind <= JointCommand::Kind::kEffort, "an unknown kind of joint command"); }

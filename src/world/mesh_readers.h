@@ -34,7 +34,7 @@ class PolygonCutter {
   std::size_t fanned() const { return fanned_; }
 
  private:
-  std::int64_t patience_ = 300'000'000;  ///< corners looked at; a second or so for a whole file.
+  std::int64_t patience_ = 100000000;  ///< corners looked at; a third of a second for a whole file.
   std::size_t fanned_ = 0;
 };
 

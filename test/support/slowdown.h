@@ -12,4 +12,7 @@ inline double slowdown() {
   return factor >= 1.0 ? factor : 1.0;
 }
 
+/// How much more memory than usual is taken: sanitizers keep shadows of it, and what was freed for a while.
+inline double memoryFactor() { return slowdown() > 1.0 ? 6.0 : 1.0; }
+
 }  // namespace ellipsoid_vehicle_sim
