@@ -35,6 +35,7 @@ FIGURES = [
     ("W1_rk4", "us/step", "us_per_step", False, 1.8, "W1 drop, RK4"),
     ("W2_semi_implicit", "us/step", "us_per_step", False, 1.0, "W2 drive, semi-implicit Euler"),
     ("W2_rk4", "us/step", "us_per_step", False, 3.5, "W2 drive, RK4"),
+    ("fleet_20_rk4", "times real time", "real_time_factor", True, 1, "20 cars of five ellipsoids on hills, RK4 at 1 kHz, one core"),
     ("W2_growth", "%", None, False, 15, "W2 from 2 thousand to 2 million triangles: slowest over fastest - 1"),
     ("load", "s", "real_time", False, 1.0, "Loading 2 million triangles with the mesh report (two cores)"),
 ]

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <thread>
 
 #ifdef ELLIPSOID_VEHICLE_SIM_HAS_TBB
@@ -12,6 +13,13 @@
 #endif
 
 namespace ellipsoid_vehicle_sim {
+namespace {
+
+// Runs of a cycle, how many at its start are made the other way, and how much faster those have to be.
+constexpr int kRuns = 256, kTrials = 8;
+constexpr double kBetter = 0.9;
+
+}  // namespace
 
 #ifdef ELLIPSOID_VEHICLE_SIM_HAS_TBB
 
@@ -29,11 +37,7 @@ Workers::Workers(int threads)
   if (threads_ > 1) arena_ = std::make_unique<Arena>(threads_);
 }
 
-void Workers::run(int n, void (*call)(void*, int), void* context) {
-  if (n < 2 || threads_ < 2) {
-    for (int i = 0; i < n; ++i) call(context, i);
-    return;
-  }
+void Workers::runSideBySide(int n, void (*call)(void*, int), void* context) {
   // The library hands the tasks over and takes them back in order; said once more in our own words, so that the thread
   // sanitizer, which cannot look into it, sees that too.
   std::atomic<bool> begun{false};
@@ -60,11 +64,36 @@ bool Workers::available() { return false; }
 
 Workers::Workers(int) {}
 
-void Workers::run(int n, void (*call)(void*, int), void* context) {
+void Workers::runSideBySide(int n, void (*call)(void*, int), void* context) {
   for (int i = 0; i < n; ++i) call(context, i);
 }
 
 #endif
+
+bool Workers::sideBySideNow() const { return (run_ < kTrials) != side_by_side_; }
+
+void Workers::learn(bool side_by_side, double seconds) {
+  Seen& seen = side_by_side == side_by_side_ ? usual_ : other_;
+  seen.seconds += seconds;
+  ++seen.runs;
+  if (++run_ < kRuns) return;
+  if (other_.seconds / other_.runs < kBetter * usual_.seconds / usual_.runs) side_by_side_ = !side_by_side_;
+  run_ = 0;
+  usual_ = other_ = Seen{};
+}
+
+void Workers::run(int n, void (*call)(void*, int), void* context) {
+  using Clock = std::chrono::steady_clock;
+  const bool choice = n > 1 && threads_ > 1;
+  const bool side_by_side = choice && sideBySideNow();
+  const Clock::time_point start = choice ? Clock::now() : Clock::time_point{};
+  if (side_by_side) {
+    runSideBySide(n, call, context);
+  } else {
+    for (int i = 0; i < n; ++i) call(context, i);
+  }
+  if (choice) learn(side_by_side, std::chrono::duration<double>(Clock::now() - start).count());
+}
 
 Workers::~Workers() = default;
 
