@@ -47,7 +47,7 @@ list(FILTER fuzz_sources EXCLUDE REGEX "(_test|/entry)\\.cpp$")
 target_sources(fuzz_replay_test PRIVATE ${fuzz_sources})
 # A minute of them with changed input; scripts/test builds the programs. The longest test starts first.
 add_test(NAME fuzz COMMAND ${PROJECT_SOURCE_DIR}/scripts/fuzz --no-build --seconds 6 --seed 1)
-set_tests_properties(fuzz PROPERTIES TIMEOUT 300 COST 1000 SKIP_RETURN_CODE 77
+set_tests_properties(fuzz PROPERTIES TIMEOUT 600 COST 1000 SKIP_RETURN_CODE 77
   ENVIRONMENT ELLIPSOID_VEHICLE_SIM_BUILD=${PROJECT_BINARY_DIR})
 
 # A run with sanitizers is worth nothing if it would not see a fault: these are planted, and have to be seen, with the
