@@ -12,7 +12,7 @@ function(add_benchmark_program name source)
   target_compile_definitions(${name} PRIVATE
     TEST_DATA_DIR="${PROJECT_SOURCE_DIR}/test/data" PACKAGE_DIR="${PROJECT_SOURCE_DIR}"
     SHARE_DIR="${devel_prefix}/${package_share}")
-  target_link_libraries(${name} PRIVATE ${PROJECT_NAME}_description benchmark::benchmark ${PROJECT_NAME}_warnings)
+  target_link_libraries(${name} PRIVATE ${PROJECT_NAME}_description ${PROJECT_NAME}_sensors benchmark::benchmark ${PROJECT_NAME}_warnings)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/benchmark)
   add_dependencies(benchmarks ${name})
 endfunction()

@@ -69,6 +69,25 @@ endif()
 set_target_properties(${PROJECT_NAME}_core PROPERTIES EXPORT_NAME core)
 add_library(${PROJECT_NAME}::core ALIAS ${PROJECT_NAME}_core)
 
+# Sensors: rays against the world and the vehicles. Embree where it is found, otherwise the core's own tree. No ROS.
+find_sources(sensors_sources sensors)
+add_library(${PROJECT_NAME}_sensors SHARED ${sensors_sources})
+set_up_library(${PROJECT_NAME}_sensors)
+target_link_libraries(${PROJECT_NAME}_sensors PUBLIC ${PROJECT_NAME}_core)
+# As for the core: a ray meets the same triangle at the same distance whoever proposed it, and on every machine.
+target_compile_options(${PROJECT_NAME}_sensors PRIVATE -ffp-contract=off)
+find_path(embree_include embree3/rtcore.h)
+find_library(embree_library embree3)
+if(embree_include AND embree_library)
+  message(STATUS "Rays of lidars: Embree (${embree_library})")
+  target_include_directories(${PROJECT_NAME}_sensors SYSTEM PRIVATE ${embree_include})
+  target_compile_definitions(${PROJECT_NAME}_sensors PRIVATE WITH_EMBREE)
+  target_link_libraries(${PROJECT_NAME}_sensors PRIVATE ${embree_library})
+else()
+  message(STATUS "Rays of lidars: the simulator's own tree, several times slower; Embree (libembree-dev) was not found")
+endif()
+install(TARGETS ${PROJECT_NAME}_sensors LIBRARY DESTINATION lib)
+
 # Description: URDF and YAML files -> what the core is built from. No ROS.
 add_system_library(urdfdom_model_library urdf_parser/urdf_parser.h urdfdom_model liburdfdom-dev)
 add_system_library(tinyxml2_library tinyxml2.h tinyxml2 libtinyxml2-dev)
@@ -117,7 +136,7 @@ if(with_ros)
   # SYSTEM: the warnings of roscpp's headers are not ours to fix.
   #catkin_lint: ignore_once external_interface_path
   target_include_directories(${PROJECT_NAME}_ros SYSTEM PUBLIC ${catkin_INCLUDE_DIRS})
-  target_link_libraries(${PROJECT_NAME}_ros PUBLIC ${PROJECT_NAME}_scene ${catkin_LIBRARIES})
+  target_link_libraries(${PROJECT_NAME}_ros PUBLIC ${PROJECT_NAME}_scene ${PROJECT_NAME}_sensors ${catkin_LIBRARIES})
   target_include_directories(${PROJECT_NAME}_ros SYSTEM PUBLIC $<BUILD_INTERFACE:${devel_prefix}/include>)
   add_dependencies(${PROJECT_NAME}_ros ${PROJECT_NAME}_generate_messages_cpp ${PROJECT_NAME}_gencfg)
   # roscpp's headers are most of what compiling these files costs.

@@ -55,7 +55,7 @@ if(with_ros)
   #catkin_lint: ignore_once unused_include_path
   catkin_package(
     INCLUDE_DIRS include
-    LIBRARIES ${PROJECT_NAME}_ros ${PROJECT_NAME}_scene ${PROJECT_NAME}_description ${PROJECT_NAME}_core
+    LIBRARIES ${PROJECT_NAME}_ros ${PROJECT_NAME}_scene ${PROJECT_NAME}_sensors ${PROJECT_NAME}_description ${PROJECT_NAME}_core
     CATKIN_DEPENDS ${ros_components} message_runtime)
   set(devel_prefix ${CATKIN_DEVEL_PREFIX})
 else()

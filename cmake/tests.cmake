@@ -27,7 +27,8 @@ foreach(source IN LISTS test_sources)
     SHARE_DIR="${devel_prefix}/${package_share}"
     PROGRAM_DIR="${devel_prefix}/${package_programs}")
   target_link_libraries(${name} PRIVATE
-    ${PROJECT_NAME}_scene ${PROJECT_NAME}_description ${PROJECT_NAME}_core GTest::gtest_main ${PROJECT_NAME}_warnings)
+    ${PROJECT_NAME}_scene ${PROJECT_NAME}_sensors ${PROJECT_NAME}_description ${PROJECT_NAME}_core GTest::gtest_main
+    ${PROJECT_NAME}_warnings)
   target_compile_options(${name} PRIVATE $<$<OR:$<CONFIG:Release>,$<CONFIG:Sanitize>>:-O1>)
   if(NOT first_test)
     set(first_test ${name})

@@ -37,6 +37,8 @@ FIGURES = [
     ("W2_rk4", "us/step", "us_per_step", False, 3.5, "W2 drive, RK4"),
     ("fleet_20_rk4", "times real time", "real_time_factor", True, 1, "20 cars of five ellipsoids on hills, RK4 at 1 kHz, one core"),
     ("W2_growth", "%", None, False, 15, "W2 from 2 thousand to 2 million triangles: slowest over fastest - 1"),
+    ("lidar_scan", "us/scan", "us_per_scan", False, 1250, "Lidar: 1081 rays against 200,000 triangles"),
+    ("lidar_scan_own_tree", "us/scan", "us_per_scan", False, 1250, "The same without Embree"),
     ("load", "s", "real_time", False, 1.0, "Loading 2 million triangles with the mesh report (two cores)"),
 ]
 # What another figure's measurement tells beside its time.
@@ -54,7 +56,7 @@ NOT_RE_RUN = [
     ("W1_semi_implicit", "Jolt 5.5 float", 15.2), ("W2_semi_implicit", "Jolt 5.5 float", 25.9),
     ("W1_semi_implicit", "Chrono SMC", 16.3), ("W2_semi_implicit", "Chrono SMC", 98),
 ]
-OURS = ["contact_kernel_benchmark", "simulation_benchmark", "terrain_benchmark"]
+OURS = ["contact_kernel_benchmark", "lidar_benchmark", "simulation_benchmark", "terrain_benchmark"]
 PACKAGES = ["libbullet-dev", "libembree-dev", "libfcl-dev", "libmujoco-dev", "libode-dev", "libeigen3-dev",
             "libbenchmark-dev"]
 

@@ -28,15 +28,25 @@ Loaded<ParameterValues> readParameterText(const std::string& text, const std::st
     return result;
   }
   ParameterValues values;
-  for (const auto& pair : root) {
-    const std::string key = pair.first.Scalar();
-    const std::string where = path + ":" + std::to_string(pair.first.Mark().line + 1) + " " + key;
-    const auto value = parameterValue(pair.second);
+  const auto take = [&](const std::string& key, const YAML::Node& name, const YAML::Node& node, const char* fault) {
+    const std::string where = path + ":" + std::to_string(name.Mark().line + 1) + " " + key;
+    const auto value = parameterValue(node);
     if (!value) {
-      result.problems.push_back({where, "is empty, a dictionary or a mixed list, which no parameter is"});
+      result.problems.push_back({where, fault});
     } else if (!values.emplace(key, *value).second) {
       result.problems.push_back({where, "is given twice"});
     }
+  };
+  for (const auto& pair : root) {
+    const std::string key = pair.first.Scalar();
+    if (!pair.second.IsMap()) {
+      take(key, pair.first, pair.second, "is empty or a mixed list, which no parameter is");
+      continue;
+    }
+    // What stands in a dictionary has the key "DICTIONARY/key".
+    for (const auto& inner : pair.second)
+      take(key + "/" + inner.first.Scalar(), inner.first, inner.second,
+           "is empty, a dictionary or a mixed list, which no parameter is");
   }
   if (result.problems.empty()) result.value = std::move(values);
   return result;

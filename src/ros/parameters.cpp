@@ -8,7 +8,7 @@
 namespace ellipsoid_vehicle_sim {
 namespace {
 
-/// nullopt for what no parameter can be: a nested dictionary, binary data, a mixed list.
+/// nullopt for what no parameter can be: a dictionary, binary data, a mixed list.
 std::optional<ParameterValue> fromXmlRpc(XmlRpc::XmlRpcValue& value) {
   using V = XmlRpc::XmlRpcValue;
   switch (value.getType()) {
@@ -69,6 +69,12 @@ void checkTogether(const NodeParameters& parameters, Problems& problems) {
   }
   if (options.noise_seed != std::floor(options.noise_seed)) {
     problems.push_back({"~noise_seed", "'" + valueText(options.noise_seed) + "' is no whole number"});
+  }
+  for (const Problem& problem : checkLidars(options.lidar_names, options.lidars)) problems.push_back(problem);
+  for (const std::string& name : options.lidar_names) {
+    const auto keys = parameterKeys(nodeParameters()), more = parameterKeys(simConfigParameters());
+    if (std::count(keys.begin(), keys.end(), name) + std::count(more.begin(), more.end(), name) > 0)
+      problems.push_back({"~lidars", "'" + name + "' is the name of a parameter: call the lidar otherwise"});
   }
   if (options.clock != ClockMode::kPublish && options.lockstep) {
     problems.push_back({"~lockstep", "'true' needs clock: publish, or nobody could wait for anybody"});
@@ -173,6 +179,9 @@ ParameterTable<NodeOptions> nodeParameters() {
       numberParameter("noise_seed", "-", 0.0, 9007199254740992.0, &O::noise_seed,
                       "Whole number that the noise is made from: the same seed gives the same noise at the same step "
                       "after a reset."),
+      listParameter("lidars", "", 0, &O::lidar_names,
+                    "Names of the lidars that the vehicle carries. The parameters of lidar NAME stand below ~NAME/; "
+                    "see the table of a lidar."),
       choiceParameter<O, ClockMode>(
           "clock", {{"publish", ClockMode::kPublish}, {"follow", ClockMode::kFollow}, {"wall", ClockMode::kWall}},
           &O::clock,
@@ -231,6 +240,17 @@ std::string parameterManual() {
   for (const auto& row : nodeParameters()) manual += manualEntry(row.spec, row.get(NodeOptions{}));
   manual += "\n# --- The physics ---\n";
   for (const auto& row : simConfigParameters()) manual += manualEntry(row.spec, row.get(SimConfig{}));
+  manual +=
+      "\n# --- A lidar. Each name in `lidars` has a dictionary of its own with these keys, for instance\n"
+      "#     lidars: [front]\n"
+      "#     front: {link: base_link, pose: [0.5, 0, 0.8, 0, 0, 0], samples: 541}\n"
+      "# ---\n";
+  for (const auto& row : lidarParameters()) {
+    // Two columns to the right, as the keys of a dictionary stand.
+    std::string entry = manualEntry(row.spec, row.get(LidarSpec{}));
+    const std::size_t key = entry.rfind("\n#") + 2;
+    manual += entry.substr(0, key) + "  " + entry.substr(key);
+  }
   return manual;
 }
 
@@ -249,6 +269,7 @@ std::string parameterReference() {
   };
   add(nodeParameters(), NodeOptions{}, "The node");
   add(simConfigParameters(), SimConfig{}, "The physics");
+  add(lidarParameters(), LidarSpec{}, "A lidar, below `~NAME/` for each NAME in `lidars` ([lidar.md](lidar.md))");
   return text;
 }
 
@@ -268,6 +289,15 @@ Loaded<ParameterValues> readParameterServer(const ros::NodeHandle& nh_priv) {
       if (theirs && value.getType() == XmlRpc::XmlRpcValue::TypeStruct) continue;
       if (auto known = fromXmlRpc(value)) {
         values.emplace(key, std::move(*known));
+      } else if (value.getType() == XmlRpc::XmlRpcValue::TypeStruct) {
+        for (auto& [inner_key, inner] : value) {
+          if (auto inner_known = fromXmlRpc(inner)) {
+            values.emplace(key + "/" + inner_key, std::move(*inner_known));
+          } else {
+            result.problems.push_back({"~" + key + "/" + inner_key,
+                                       "is a dictionary or a mixed list, which no parameter of this node is"});
+          }
+        }
       } else {
         result.problems.push_back({"~" + key, "is a dictionary or a mixed list, which no parameter of this node is"});
       }
@@ -298,6 +328,10 @@ Loaded<NodeParameters> parametersFrom(std::vector<ParameterSource> sources, Node
   for (ParameterSource& source : sources) {
     add(takeParameters(node_table, source.where, source.values, parameters.options));
     add(takeParameters(config_table, source.where, source.values, parameters.config));
+  }
+  // Which names are lidars' is known only now.
+  for (ParameterSource& source : sources) {
+    add(takeLidars(parameters.options.lidar_names, source.where, source.values, parameters.options.lidars));
     add(unknownParameters(source.values, known, source.where));
   }
   checkTogether(parameters, result.problems);

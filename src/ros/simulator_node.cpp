@@ -63,6 +63,7 @@ void SimulatorNode::addVehicle(VehicleSetup setup, std::optional<RunRecorder> re
   vehicles_.push_back(std::make_unique<VehicleNode>(name.empty() ? nh_ : ros::NodeHandle(nh_, name),
                                                     name.empty() ? nh_priv_ : ros::NodeHandle(nh_priv_, name),
                                                     std::move(setup), std::move(recorder), fleet_, static_cast<VehicleHost&>(*this)));
+  mountLidars(name.empty() ? nh_ : ros::NodeHandle(nh_, name));
 }
 
 void SimulatorNode::setEvent(Event& event, const char* key, double rate) const {
@@ -142,6 +143,8 @@ std::int64_t SimulatorNode::ticksToNextEvent() const {
        {&clock_event_, &state_event_, &imu_event_, &marker_event_, &diagnostics_event_, &distance_event_}) {
     ticks = std::min(ticks, event->period - ticksSinceReset() % event->period);
   }
+  for (const auto& vehicle : vehicles_)
+    if (vehicle->lidars()) ticks = std::min(ticks, vehicle->lidars()->ticksToNext(ticksSinceReset()));
   if (options_.duration > 0.0) {
     const std::int64_t last = std::llround(options_.duration / dt_);
     ticks = std::min(ticks, std::max<std::int64_t>(1, last - fleet_.stepCount()));
@@ -181,6 +184,7 @@ void SimulatorNode::publishDue() {
     if (imu_event_.dueAt(ticks)) vehicle->publishImu(stamp, ticks / imu_event_.period);
     if (marker_event_.dueAt(ticks)) vehicle->contacts().publishMarkers(stamp);
   }
+  publishLidars(ticks, stamp);
   if (marker_event_.dueAt(ticks) && !vehicles_.empty()) world_.update(vehicles_.front()->simulator().rootPose().p);
   if (state_event_.dueAt(ticks)) {
     for (const auto& vehicle : vehicles_) vehicle->publishState(stamp);

@@ -41,11 +41,17 @@ VehicleNode::VehicleNode(ros::NodeHandle nh, ros::NodeHandle nh_priv, VehicleSet
       base_frame_(setup.base_frame),
       state_(nh, options_, base_frame_, simulator_),
       contacts_(nh, setup, simulator_, fleet, state_.worldFrame()),
+      link_poses_(simulator_.model().description),
       commands_(nh, options_, simulator_),
       ready_publisher_(nh.advertise<std_msgs::Bool>("ready", 1, true)),
       recorder_(std::move(recorder)),
       services_(nh, nh_priv, !name_.empty(), *this) {
   simulator_.setFrictionScale(options_.friction_scale);
+}
+
+void VehicleNode::mountLidars(ros::NodeHandle nh, std::shared_ptr<const RayCaster> caster) {
+  lidars_.emplace(nh, options_.lidars, std::move(caster), simulator_, static_cast<std::uint64_t>(options_.noise_seed),
+                  options_.tf_prefix);
 }
 
 void VehicleNode::addTick(std::chrono::nanoseconds duration) {

@@ -206,6 +206,8 @@ DescribedVehicle describeVehicle(const ros::NodeHandle& nh, VehicleRequest reque
     problems.push_back(
         {where + "base_frame", "'" + options.base_frame + "' is not the root link '" + vehicle.value->root +
                                    "' of the URDF: tf would give a link two parents; leave it out, or name the root"});
+  append(checkMounts(options.lidars, *vehicle.value), problems);
+  for (const NamedLidar& lidar : options.lidars) notes.push_back(lidarReport(lidar, *vehicle.value));
   result.description = std::move(*vehicle.value);
   result.complete = sound;
   return result;

@@ -68,6 +68,7 @@ TEST(Parameters, EveryRowReadsBackWhatItWrote) {
   };
   check(simConfigParameters(), SimConfig{});
   check(nodeParameters(), NodeOptions{});
+  check(lidarParameters(), LidarSpec{});
 }
 
 TEST(Parameters, LaterSourceWins) {
@@ -165,6 +166,20 @@ TEST(Parameters, WhatMayChangeWhileRunningHasOneRangeAndDefaultInTableAndCfg) {
   std::sort(known.begin(), known.end());
   EXPECT_EQ(keys, known);
   for (const auto& row : simConfigParameters()) EXPECT_FALSE(row.spec.running) << row.spec.key;
+}
+
+TEST(Parameters, LidarsHaveTheirParametersBelowTheirNames) {
+  const std::vector<std::string> names = {"front"}, taken = {"dt"};
+  const auto loaded = parametersFrom({{"car.yaml ", {{"lidars", names}, {"front/samples", std::int64_t{31}}}},
+                                      {"~", {{"front/rate", 10.0}}}});
+  ASSERT_TRUE(loaded) << problemText(loaded.problems);
+  ASSERT_EQ(loaded.value->options.lidars.size(), 1u);
+  EXPECT_EQ(loaded.value->options.lidars[0].spec.samples, 31.0);
+  EXPECT_EQ(loaded.value->options.lidars[0].spec.rate, 10.0);
+  EXPECT_EQ(problemsOf({{"lidars", names}, {"front/rat", 10.0}}),
+            "~front/rat: there is no such parameter (its value is '10'); did you mean 'rate'?\n");
+  EXPECT_NE(problemsOf({{"rear/rate", 10.0}}).find("~rear/rate: there is no such parameter"), std::string::npos);
+  EXPECT_EQ(problemsOf({{"lidars", taken}}), "~lidars: 'dt' is the name of a parameter: call the lidar otherwise\n");
 }
 
 /// The file of the package, written anew first where that is asked for.

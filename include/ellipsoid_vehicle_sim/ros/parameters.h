@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "ellipsoid_vehicle_sim/geometry/problem.h"
+#include "ellipsoid_vehicle_sim/sensors/lidar_mount.h"
 #include "ellipsoid_vehicle_sim/vehicle/imu.h"
 #include "ellipsoid_vehicle_sim/vehicle/parameter_table.h"
 #include "ellipsoid_vehicle_sim/vehicle/sim_config.h"
@@ -55,6 +56,8 @@ struct NodeOptions {
   OdometryNoise odometry_noise;
   ImuNoise imu_noise;       ///< but for its seed.
   double noise_seed = 0.0;  ///< a whole number.
+  std::vector<std::string> lidar_names;
+  std::vector<NamedLidar> lidars;  ///< of these names, in their order.
 
   ClockMode clock = ClockMode::kPublish;
   double clock_rate = 100.0;  ///< [Hz] of simulated time, like all rates.
@@ -104,7 +107,7 @@ struct ParameterSource {
   ParameterValues values;
 };
 
-/// Everything under the namespace of nh_priv.
+/// Everything under the namespace of nh_priv; what stands in a dictionary there has the key "DICTIONARY/key".
 Loaded<ParameterValues> readParameterServer(const ros::NodeHandle& nh_priv);
 
 /// What stands below `name` there; nothing if there is nothing.

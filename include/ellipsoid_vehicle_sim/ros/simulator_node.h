@@ -67,6 +67,9 @@ class SimulatorNode : private SimulationControl, private VehicleHost {
   /// Ticks are counted anew, nobody waits on, the clock does not catch up.
   void timeStartsAgain();
   void addVehicle(VehicleSetup setup, std::optional<RunRecorder> recorder);
+  /// Of the last vehicle that came.
+  void mountLidars(ros::NodeHandle nh);
+  void publishLidars(std::int64_t ticks, const ros::Time& stamp);
 
   // SimulationControl.
   Outcome reset() override;
@@ -99,6 +102,8 @@ class SimulatorNode : private SimulationControl, private VehicleHost {
   SimClock clock_;
   std::vector<std::unique_ptr<VehicleNode>> vehicles_;
   WorldPublisher world_;
+  std::shared_ptr<const RayCaster> caster_;  ///< of all lidars; null until the first.
+  ros::Publisher static_tf_publisher_;       ///< frames of lidars.
   ros::Publisher ready_publisher_;  ///< of all; where vehicles have names.
   ros::Publisher diagnostics_publisher_;
   Event clock_event_, state_event_, imu_event_, marker_event_, diagnostics_event_, distance_event_;

@@ -12,6 +12,7 @@
 #include "ellipsoid_vehicle_sim/ros/command_input.h"
 #include "ellipsoid_vehicle_sim/ros/contact_publisher.h"
 #include "ellipsoid_vehicle_sim/ros/diagnostics.h"
+#include "ellipsoid_vehicle_sim/ros/lidar_publisher.h"
 #include "ellipsoid_vehicle_sim/ros/run_recorder.h"
 #include "ellipsoid_vehicle_sim/ros/run_statistics.h"
 #include "ellipsoid_vehicle_sim/ros/state_publisher.h"
@@ -44,6 +45,13 @@ class VehicleNode : private VehicleControl {
   CommandInput& commands() { return commands_; }
   ContactPublisher& contacts() { return contacts_; }
   RunStatistics& statistics() { return statistics_; }
+
+  bool carriesLidars() const { return !options_.lidars.empty(); }
+  /// `nh`: the vehicle's name space; `caster`: of the world.
+  void mountLidars(ros::NodeHandle nh, std::shared_ptr<const RayCaster> caster);
+  std::optional<LidarPublisher>& lidars() { return lidars_; }  ///< none unless mounted.
+  /// What others see of it, where it is now.
+  void appendEllipsoids(std::vector<PosedEllipsoid>& out) { appendPosedEllipsoids(simulator_, link_poses_, out); }
 
   /// A tick of the node took so long.
   void addTick(std::chrono::nanoseconds duration);
@@ -86,6 +94,8 @@ class VehicleNode : private VehicleControl {
   std::string base_frame_;
   StatePublisher state_;
   ContactPublisher contacts_;
+  LinkPoses link_poses_;
+  std::optional<LidarPublisher> lidars_;
   CommandInput commands_;
   ros::Publisher ready_publisher_;
   RunStatistics statistics_;

@@ -11,6 +11,8 @@
 
 namespace ellipsoid_vehicle_sim {
 
+struct Ray;  // geometry/ray.h
+
 /// Box tree over triangles, eight children to a node. It proposes triangles; the exact answer is the caller's.
 ///
 /// Triangles are put in the order of a Hilbert curve through their centres and every eight neighbours on it make a
@@ -41,6 +43,11 @@ class MeshTree {
   /// Calls visit(triangle) for every triangle whose box may meet the segment from a to b. Does not allocate.
   template <typename Visit>
   void visitAlong(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Visit&& visit) const;
+
+  /// Calls limit = visit(triangle) for every triangle whose box may meet the ray within `range` [m], nearer boxes
+  /// first; none that begins beyond the least `limit` that was returned. Defined in mesh_tree_rays.h. Does not allocate.
+  template <typename Visit>
+  void visitRay(const Ray& ray, double range, Visit&& visit) const;
 
  private:
   friend class MeshTreeBuilder;

@@ -2,6 +2,7 @@
 #include <benchmark/benchmark.h>
 #include <embree3/rtcore.h>
 
+#include <cmath>
 #include <cstring>
 
 #include "workloads.h"
@@ -85,6 +86,38 @@ void build(benchmark::State& state) {
                          benchmark::Counter::kIsRate);
 }
 
+/// The rays of lidar_benchmark on triangles of its own, in floats; no vehicles, no noise.
+void lidarScan(benchmark::State& state) {
+  Scene scene(hills(kHillCells));
+  scene.commit();
+  const double limit = 0.5 * kHillCells - 40.0, first = -0.75 * M_PI, increment = 1.5 * M_PI / 1080.0;
+  std::int64_t k = 0;
+  double seen = 0.0;
+  for (auto _ : state) {
+    const double x = std::fmod(37.0 * static_cast<double>(k), 2.0 * limit) - limit;
+    const double y = std::fmod(91.0 * static_cast<double>(k), 2.0 * limit) - limit;
+    const double yaw = 0.1 * static_cast<double>(k++);
+    for (int i = 0; i < 1081; ++i) {
+      const double azimuth = yaw + first + i * increment;
+      RTCIntersectContext context;
+      rtcInitIntersectContext(&context);
+      RTCRayHit ray{};
+      ray.ray.org_x = static_cast<float>(x), ray.ray.org_y = static_cast<float>(y);
+      ray.ray.org_z = static_cast<float>(hillHeight(x, y) + 0.5);
+      ray.ray.dir_x = static_cast<float>(std::cos(azimuth)), ray.ray.dir_y = static_cast<float>(std::sin(azimuth));
+      ray.ray.tfar = 30.0f;
+      ray.ray.mask = 0xffffffffu;
+      ray.hit.geomID = ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+      rtcIntersect1(scene.scene, &context, &ray);
+      seen += ray.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+    }
+  }
+  const double scans = static_cast<double>(state.iterations());
+  state.counters["us_per_scan"] =
+      benchmark::Counter(1e-6 * scans, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["rays_that_hit"] = seen / scans;
+}
+
 }  // namespace
 }  // namespace ellipsoid_vehicle_sim::test
 
@@ -96,6 +129,7 @@ int main(int argc, char** argv) {
       ->Unit(benchmark::kMillisecond)
       ->MinTime(1.0)
       ->MeasureProcessCPUTime();
+  benchmark::RegisterBenchmark("lidar_scan/Embree floats", lidarScan)->Unit(benchmark::kMicrosecond);
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }
