@@ -24,6 +24,18 @@ foreach(file IN LISTS ros_tests)
   set_tests_properties(ros_${name} PROPERTIES TIMEOUT ${ros_timeout})
 endforeach()
 
+# Bothers the node for a few simulated minutes; scripts/soak does it for hours.
+add_executable(soak_client ${PROJECT_SOURCE_DIR}/test/soak/soak_client.cpp)
+target_link_libraries(soak_client PRIVATE ${PROJECT_NAME}_ros ${PROJECT_NAME}_warnings)
+set_target_properties(soak_client PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/test)
+add_test(NAME soak COMMAND ${PROJECT_SOURCE_DIR}/test/soak/short_soak ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR} ${devel_prefix})
+set_tests_properties(soak PROPERTIES TIMEOUT 200)
+
+# Every command of the documents. They build (nothing, when all is built) and start masters of their own.
+add_test(NAME documented_commands COMMAND ${mesh_python} ${PROJECT_SOURCE_DIR}/test/docs/run_commands.py
+  ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR} ${devel_prefix})
+set_tests_properties(documented_commands PROPERTIES TIMEOUT 400)
+
 # Installs into a fresh prefix, looks for paths of the source tree in it, and drives from there.
 add_test(NAME installed_launch COMMAND ${PROJECT_SOURCE_DIR}/test/install/install_and_launch
   ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})

@@ -45,7 +45,7 @@ def expected_tests(checkout):
     names = {stem(path) for path in glob.glob(os.path.join(checkout, "test", "*", "*_test.cpp"))
              if os.path.basename(os.path.dirname(path)) not in ("consumer", "benchmark")}
     names |= {"ros_" + stem(path) for path in glob.glob(os.path.join(checkout, "test", "ros", "*.test"))}
-    return names | {"consumer", "fuzz", "installed_launch"}
+    return names | {"consumer", "fuzz", "documented_commands", "installed_launch", "soak"}
 
 
 def main():

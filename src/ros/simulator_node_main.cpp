@@ -1,5 +1,6 @@
 #include <ros/ros.h>
 
+#include "ellipsoid_vehicle_sim/ros/master_watch.h"
 #include "ellipsoid_vehicle_sim/ros/node_setup.h"
 #include "ellipsoid_vehicle_sim/ros/simulator_node.h"
 
@@ -13,5 +14,7 @@ int main(int argc, char** argv) {
     sim::logProblems(setup.problems);
     return 1;
   }
-  return sim::SimulatorNode(nh, nh_priv, std::move(*setup.value)).run();
+  sim::SimulatorNode node(nh, nh_priv, std::move(*setup.value));
+  const sim::MasterWatch watch(nh);
+  return node.run();
 }

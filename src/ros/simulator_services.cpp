@@ -16,6 +16,10 @@ constexpr std::uint32_t kMostSteps = 10000000;  // a client that asks for more h
 
 /// Writes a file whole or not at all; "" or the reason.
 std::string writeFile(const std::string& path, const std::vector<std::uint8_t>& bytes) {
+  // The file is put in place of what is there, which must not be a device or a folder.
+  std::error_code unknown;
+  if (std::filesystem::exists(path, unknown) && !std::filesystem::is_regular_file(path, unknown))
+    return "'" + path + "' cannot be written: it is no file";
   const std::string unfinished = path + ".part";
   std::ofstream out(unfinished, std::ios::binary);
   out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));

@@ -304,6 +304,11 @@ class Interface(unittest.TestCase):
         response = self.sim.call("save_state", SaveState, "/no/such/folder/file")
         self.assertFalse(response.success)
         self.assertIn("/no/such/folder/file", response.message)
+        # A device would be gone, and a file in its place.
+        response = self.sim.call("save_state", SaveState, "/dev/null")
+        self.assertFalse(response.success)
+        self.assertIn("'/dev/null' cannot be written: it is no file", response.message)
+        self.assertFalse(os.path.isfile("/dev/null"))
 
     # Contacts.
 

@@ -1,0 +1,325 @@
+"""Lets the simulator's node run for simulated hours, as fast as it can, while everything that can go wrong around it does.
+
+Starts a master of its own on a free port and the node with two lidars on it. Then client after client (test/soak) subscribes
+to every topic, floods and garbles commands, calls every service with sane and absurd arguments, changes parameters, and goes
+away; in between the master is killed and started anew. Last, the node is interrupted (SIGINT) at random moments.
+
+Fails if the node ends by itself, a message holds a NaN, /clock goes back, a service takes longer than 100 ms, memory grows by
+more than 1 MiB after the warm-up, or SIGINT takes longer than a second.
+"""
+import argparse
+import json
+import os
+import random
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import xmlrpc.client
+
+LONGEST_ANSWER = 0.1  # [s]
+LONGEST_END = 1.0  # [s]
+MOST_GROWTH = 1.0  # [MiB]
+WARM_UP = 0.1  # of the simulated time,
+SHORTEST_WARM_UP = 8.0  # but at least so long [s of wall time]
+CALLER = "/soak"
+PARAMETERS = {"vehicle_file": "car", "world": "course", "real_time_factor": 0.0, "noise_seed": 1, "imu_acceleration_noise": 0.1,
+              "lidars": ["front", "top"], "front": {"pose": [1.9, 0.0, 0.35, 0.0, 0.0, 0.0], "noise": 0.01, "samples": 361},
+              "top": {"kind": "spatial", "pose": [0.0, 0.0, 1.4, 0.0, 0.0, 0.0], "rings": 8, "samples": 180, "rate": 5.0}}
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("localhost", 0))
+        return probe.getsockname()[1]
+
+
+def processor_wait(pid):
+    """Time that the threads of a process were ready to run and got no processor [s]."""
+    waited = 0.0
+    try:
+        for task in os.listdir("/proc/%d/task" % pid):
+            with open("/proc/%d/task/%s/schedstat" % (pid, task)) as file:
+                waited += 1e-9 * float(file.read().split()[1])
+    except (OSError, IndexError):
+        pass
+    return waited
+
+
+class Master:
+    """A ROS master that can be killed and started anew on the same port."""
+
+    def __init__(self, log):
+        self.port, self.log, self.process = free_port(), log, None
+        os.environ["ROS_MASTER_URI"] = "http://localhost:%d" % self.port
+        self.server = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
+        self.start()
+
+    def start(self):
+        self.process = subprocess.Popen(["rosmaster", "--core", "-p", str(self.port)], stdout=self.log, stderr=self.log)
+        self.wait(lambda: self.server.getPid(CALLER)[0] == 1, "the master")
+
+    def wait(self, condition, what, deadline=120.0):
+        end = time.monotonic() + deadline
+        while time.monotonic() < end:
+            try:
+                if condition():
+                    return
+            except (OSError, xmlrpc.client.Error):
+                pass
+            time.sleep(0.05)
+        raise RuntimeError("waited %g s for %s" % (deadline, what))
+
+    def set_up(self):
+        self.server.setParam(CALLER, "/use_sim_time", True)
+        self.server.setParam(CALLER, "/simulator", PARAMETERS)
+
+    def knows(self, node):
+        return self.server.lookupNode(CALLER, node)[0] == 1
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+
+
+class Node:
+    """The simulator's node; its memory is sampled once a second."""
+
+    def __init__(self, folder):
+        binary = shutil.which("ellipsoid_vehicle_sim_node") or subprocess.check_output(
+            ["catkin_find", "--first-only", "--libexec", "ellipsoid_vehicle_sim", "ellipsoid_vehicle_sim_node"], text=True).strip()
+        self.output = open(os.path.join(folder, "node.log"), "a+")
+        self.process = subprocess.Popen([binary, "__name:=simulator"], stdout=self.output, stderr=subprocess.STDOUT, cwd=folder)
+        self.curve = []  # (wall time [s], resident memory [MiB])
+        threading.Thread(target=self.sample, daemon=True).start()
+
+    def sample(self):
+        start = time.monotonic()
+        while self.process.poll() is None:
+            try:
+                with open("/proc/%d/statm" % self.process.pid) as file:
+                    pages = int(file.read().split()[1])
+            except (OSError, IndexError):
+                return
+            if pages:
+                self.curve.append((time.monotonic() - start, pages * os.sysconf("SC_PAGE_SIZE") / 2.0 ** 20))
+            time.sleep(1.0)
+
+    def interrupt(self):
+        """SIGINT; how long the end took, and how long without what the machine did not give it [s]; the exit code."""
+        before, start = processor_wait(self.process.pid), time.monotonic()
+        self.process.send_signal(signal.SIGINT)
+        waited = before
+        while self.process.poll() is None and time.monotonic() < start + 30.0:
+            waited = max(waited, processor_wait(self.process.pid))
+            time.sleep(0.005)
+        took = time.monotonic() - start
+        if self.process.poll() is None:
+            self.process.kill()
+        return took, took - (waited - before), self.process.wait()
+
+    def end_of_log(self):
+        self.output.flush()
+        with open(self.output.name, errors="replace") as file:
+            return "".join(file.readlines()[-15:])
+
+
+class Soak:
+    def __init__(self, options, folder):
+        self.options, self.folder = options, folder
+        self.random = random.Random(options.seed)
+        self.log = open(os.path.join(folder, "others.log"), "w")
+        self.faults, self.latencies = [], {}
+        self.messages = self.commands = self.restarts = self.clients = 0
+        self.simulated, self.heard_all = 0.0, False
+
+    def fault(self, text):
+        self.faults.append(text)
+        print("FAULT: " + text, flush=True)
+
+    def client(self, node, seconds, wall):
+        """One client for so many simulated seconds; what it saw, or None if it could not."""
+        command = [self.options.client, "/simulator", str(node.process.pid), str(self.random.randrange(2 ** 31)), "%g" % seconds,
+                   "%g" % wall]
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=self.log, text=True, timeout=wall + 60.0)
+        try:
+            return json.loads(done.stdout.strip().splitlines()[-1])
+        except (IndexError, ValueError):
+            if node.process.poll() is None:
+                self.fault("a client ended with %d and no report" % done.returncode)
+            return None
+
+    def take(self, report):
+        for text in report["faults"]:
+            self.fault(text)
+        for name, (calls, worst, served) in report["services"].items():
+            before = self.latencies.get(name, (0, 0.0, 0.0))
+            self.latencies[name] = (before[0] + calls, max(before[1], worst), max(before[2], served))
+        self.messages += report["messages"]
+        self.commands += report["commands"]
+        self.heard_all = self.heard_all or not report["silent"]
+        self.silent = report["silent"]
+
+    def bother(self, master):
+        """The hours themselves."""
+        target = 3600.0 * self.options.hours
+        segment = min(900.0, target / 8.0)
+        node = Node(self.folder)
+        last, warm, start, told = 0.0, None, time.monotonic(), 0.0
+        while self.simulated < target and len(self.faults) < 20:
+            left = self.options.wall - (time.monotonic() - start)
+            if left <= 0.0:
+                break
+            report = self.client(node, min(segment, target - self.simulated), min(left, 600.0))
+            if node.process.poll() is not None:
+                self.fault("the node ended by itself with %d:\n%s" % (node.process.returncode, node.end_of_log()))
+                return
+            if report is None:
+                return
+            self.clients += 1
+            self.take(report)
+            if report["to"] < last:
+                self.fault("/clock went back from %.3f to %.3f between two clients" % (last, report["to"]))
+            self.simulated, last = report["to"], report["to"]
+            if warm is None and self.simulated > WARM_UP * target and time.monotonic() - start > SHORTEST_WARM_UP:
+                warm = len(node.curve)
+            if time.monotonic() - told > 30.0:
+                told = time.monotonic()
+                print("%8.2f h simulated in %6.0f s, %5.1f MiB, %d faults" %
+                      (self.simulated / 3600.0, told - start, node.curve[-1][1], len(self.faults)), flush=True)
+            if self.random.random() < 0.5 or self.clients == 1:
+                self.restart(master)
+        self.wall = time.monotonic() - start
+        self.judge_memory(node.curve, warm)
+        self.judge_end("after %.2f simulated hours" % (self.simulated / 3600.0), node.interrupt())
+
+    def restart(self, master):
+        master.kill()
+        time.sleep(self.random.uniform(0.0, 3.0))
+        master.start()
+        try:
+            master.wait(lambda: master.knows("/simulator"), "the node to register with the new master", 15.0)
+        except RuntimeError as error:
+            self.fault(str(error))
+        self.restarts += 1
+
+    def judge_memory(self, curve, warm):
+        self.curve = curve
+        if warm is None or len(curve) - warm < 3:
+            return self.fault("the run was too short to say anything about memory")
+        base = max(value for _, value in curve[max(0, warm - 5):warm + 1])
+        self.growth = max(value for _, value in curve[warm:]) - base
+        if self.growth > MOST_GROWTH:
+            self.fault("memory grew by %.2f MiB after the warm-up" % self.growth)
+
+    def judge_end(self, when, result):
+        took, served, code = result
+        self.ends.append((when, took, served))
+        if served > LONGEST_END:
+            self.fault("SIGINT %s took %.2f s (%.2f s with a processor)" % (when, took, served))
+        if code not in (0, -signal.SIGINT):
+            self.fault("SIGINT %s: exit code %d" % (when, code))
+
+    def interrupt_at_random(self, master):
+        """Fresh nodes, interrupted while they load, run, serve, or have no master."""
+        for number in range(self.options.interrupts):
+            kind = ("while it starts", "while it runs", "while it serves", "while it steps", "without a master")[number % 5]
+            node = Node(self.folder)
+            client = None
+            if kind == "while it starts":
+                time.sleep(self.random.uniform(0.0, 0.6))
+            else:
+                master.wait(lambda: master.server.lookupService(CALLER, "/simulator/state_hash")[0] == 1, "the node's services")
+                time.sleep(self.random.uniform(0.0, 0.5))
+            if kind == "while it serves":
+                client = subprocess.Popen([self.options.client, "/simulator", str(node.process.pid), str(number), "1e9", "60"],
+                                          stdout=self.log, stderr=self.log)
+                time.sleep(self.random.uniform(0.5, 2.0))
+            if kind == "while it steps":
+                # Hours of simulated time: it would answer long after we are gone.
+                for service, arguments in (("pause", []), ("step", ["10000000"])):
+                    client = subprocess.Popen(["rosservice", "call", "/simulator/" + service] + arguments, stdout=self.log,
+                                              stderr=self.log)
+                    if service == "pause":
+                        client.wait(60.0)
+                time.sleep(self.random.uniform(1.0, 3.0))
+            if kind == "without a master":
+                master.kill()
+            self.judge_end(kind, node.interrupt())
+            if client:
+                client.kill()
+                client.wait()
+            if kind == "without a master":
+                master.start()
+                master.set_up()
+            # What a killed node leaves behind in the master.
+            for name in ("/simulator/" + service for service in ("state_hash",)):
+                found = master.server.lookupService(CALLER, name)
+                if found[0] == 1:
+                    master.server.unregisterService("/simulator", name, found[2])
+
+    def run(self):
+        self.ends, self.curve, self.growth, self.wall, self.silent = [], [], None, 0.0, []
+        master = Master(self.log)
+        try:
+            master.set_up()
+            self.bother(master)
+            master.set_up()
+            self.interrupt_at_random(master)
+        finally:
+            master.kill()
+        for name, (calls, worst, served) in sorted(self.latencies.items()):
+            if served > LONGEST_ANSWER:
+                self.fault("%s took %.0f ms once (%.0f ms by the wall clock)" % (name, 1e3 * served, 1e3 * worst))
+        if not self.heard_all:
+            self.fault("no message ever on: " + ", ".join(self.silent))
+        if self.simulated < 3600.0 * self.options.hours:
+            self.fault("only %.3f of %.3f hours were simulated" % (self.simulated / 3600.0, self.options.hours))
+        return self.summary()
+
+    def summary(self):
+        lines = ["simulated %.3f h in %.0f s of wall time, seed %d" % (self.simulated / 3600.0, self.wall, self.options.seed),
+                 "%d clients, %d messages looked at, %d commands sent, %d restarts of the master" %
+                 (self.clients, self.messages, self.commands, self.restarts)]
+        step = max(1, len(self.curve) // 20)
+        lines.append("memory [MiB] over wall time [s]: " + ", ".join("%.0f: %.2f" % point for point in self.curve[::step]))
+        if self.growth is not None:
+            lines.append("growth after the warm-up: %.2f MiB" % self.growth)
+        lines.append("service: calls, longest answer [ms], less the wait for a processor [ms]")
+        lines += ["  %-16s %7d %8.1f %8.1f" % (name, calls, 1e3 * worst, 1e3 * served)
+                  for name, (calls, worst, served) in sorted(self.latencies.items())]
+        lines += ["SIGINT %s: %.2f s" % (when, took) for when, took, _ in self.ends]
+        lines += ["FAULT: " + text for text in self.faults]
+        lines.append("%d faults: %s" % (len(self.faults), "failed" if self.faults else "passed"))
+        return "\n".join(lines)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--hours", type=float, required=True, help="simulated hours, above 0")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--wall", type=float, default=1e9, help="give up after so many seconds of wall time")
+    parser.add_argument("--interrupts", type=int, default=20, help="nodes to interrupt at the end")
+    parser.add_argument("--report", help="file for the summary")
+    parser.add_argument("--client", required=True, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if not options.hours > 0.0:
+        parser.error("--hours %g: must be above 0" % options.hours)
+    os.environ["ROS_HOSTNAME"] = "localhost"
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["ROS_HOME"], os.environ["ROS_LOG_DIR"] = folder, os.path.join(folder, "log")
+        soak = Soak(options, folder)
+        summary = soak.run()
+    print(summary)
+    if options.report:
+        with open(options.report, "w") as file:
+            file.write(summary + "\n")
+    return 1 if soak.faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

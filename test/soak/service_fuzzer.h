@@ -1,0 +1,192 @@
+#pragma once
+
+#include <dynamic_reconfigure/Reconfigure.h>
+#include <ros/service.h>
+#include <std_srvs/Trigger.h>
+
+#include <chrono>
+#include <fstream>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <dirent.h>
+
+#include "command_fuzzer.h"
+#include "ellipsoid_vehicle_sim/ExplainContact.h"
+#include "ellipsoid_vehicle_sim/RestoreState.h"
+#include "ellipsoid_vehicle_sim/SaveState.h"
+#include "ellipsoid_vehicle_sim/SetPose.h"
+#include "ellipsoid_vehicle_sim/Step.h"
+#include "nan_search.h"
+
+namespace ellipsoid_vehicle_sim {
+
+/// Time that the threads of a process were ready to run and got no processor [s].
+inline double waitedForProcessor(long pid) {
+  const std::string folder = "/proc/" + std::to_string(pid) + "/task/";
+  double waited = 0.0;
+  if (DIR* tasks = opendir(folder.c_str())) {
+    while (const dirent* entry = readdir(tasks)) {
+      std::ifstream in(folder + entry->d_name + "/schedstat");
+      long ran, delayed;
+      if (in >> ran >> delayed) waited += 1e-9 * static_cast<double>(delayed);
+    }
+    closedir(tasks);
+  }
+  return waited;
+}
+
+/// Calls every service with valid and absurd arguments, and times the answers.
+class ServiceFuzzer {
+ public:
+  struct Latency {
+    long calls = 0;
+    double worst = 0.0;         ///< [s] as the caller felt it.
+    double worst_served = 0.0;  ///< less the time that caller and simulator waited for a processor [s].
+  };
+
+  ServiceFuzzer(std::string node, std::vector<std::string> ellipsoids, long pid, std::uint64_t seed)
+      : node_(std::move(node)), ellipsoids_(std::move(ellipsoids)), pid_(pid), random_(seed) {}
+
+  void round() {
+    switch (random_.index(11)) {
+      case 0:
+        return trigger("reset");
+      case 1:
+        return pauseAndStep();
+      case 2:
+        return setPose();
+      case 3:
+        return save();
+      case 4:
+      case 5:
+        return restore();
+      case 6:
+        return explain();
+      case 7:
+        return trigger("state_hash");
+      case 8:
+        return trigger("resume");
+      default:
+        return reconfigure();
+    }
+  }
+  /// Leaves the simulator running as fast as it can.
+  void settle() {
+    trigger("reset");
+    trigger("resume");
+    set("real_time_factor", 0.0);
+  }
+
+  const std::map<std::string, Latency>& latencies() const { return latencies_; }
+  const std::vector<std::string>& faults() const { return faults_; }
+
+ private:
+  template <typename Service>
+  bool call(const std::string& name, Service& service) {
+    using Clock = std::chrono::steady_clock;
+    const double before = waitedForProcessor(pid_) + waitedForProcessor(getpid());
+    const auto start = Clock::now();
+    const bool answered = ros::service::call(node_ + "/" + name, service);
+    const double took = std::chrono::duration<double>(Clock::now() - start).count();
+    const double waited = waitedForProcessor(pid_) + waitedForProcessor(getpid()) - before;
+    Latency& latency = latencies_[name];
+    ++latency.calls;
+    latency.worst = std::max(latency.worst, took);
+    latency.worst_served = std::max(latency.worst_served, took - waited);
+    if (!answered && ros::ok()) fault(name + " was not answered");
+    if (answered && NanSearch::finds(service.response)) fault("NaN in the answer of " + name);
+    return answered;
+  }
+  void fault(const std::string& text) {
+    if (faults_.size() < 20) faults_.push_back(text);
+  }
+  void trigger(const std::string& name) {
+    std_srvs::Trigger service;
+    call(name, service);
+  }
+  void pauseAndStep() {
+    trigger("pause");
+    for (int i = random_.index(4); i >= 0; --i) {
+      Step service;
+      // What is asked for in earnest is answered when it is done: a thousand ticks at most here.
+      service.request.steps =
+          random_.one(4) ? (random_.one(2) ? 0u : 4294967295u) : static_cast<std::uint32_t>(1 + random_.index(1000));
+      call("step", service);
+    }
+    trigger("resume");
+  }
+  void setPose() {
+    SetPose service;
+    auto& request = service.request;
+    request.pose.header.frame_id = random_.one(4) ? "no_such_frame" : random_.one(2) ? "odom" : "";
+    request.pose.header.stamp = random_.stamp(ros::Time::now());
+    request.pose.pose.position.x = random_.number(20.0);
+    request.pose.pose.position.y = random_.number(3.0);
+    request.pose.pose.position.z = random_.uniform(0.3, 2.0);
+    if (random_.one(5)) request.pose.pose.position.z = random_.number(100.0);
+    request.pose.pose.orientation.z = random_.number(1.0);
+    request.pose.pose.orientation.w = random_.number(1.0);
+    request.settle = random_.one(2);
+    if (random_.one(3)) {
+      request.twist.linear.x = random_.number(10.0);
+      request.twist.angular.z = random_.number(3.0);
+    }
+    call("set_pose", service);
+  }
+  void save() {
+    SaveState service;
+    if (random_.one(3)) service.request.file = "/no_such_folder/state";
+    if (call("save_state", service) && service.response.success) saved_ = service.response.state;
+  }
+  void restore() {
+    RestoreState service;
+    service.request.state = saved_;
+    auto& state = service.request.state;
+    if (!state.empty() && random_.one(2)) {
+      if (random_.one(2)) {
+        state.resize(static_cast<std::size_t>(random_.index(static_cast<int>(state.size()))));
+      } else {
+        for (int i = 0; i < 5; ++i)
+          state[static_cast<std::size_t>(random_.index(static_cast<int>(state.size())))] =
+              static_cast<std::uint8_t>(random_.index(256));
+      }
+    }
+    if (random_.one(8)) service.request.file = random_.one(2) ? "/no_such_file" : "/dev/zero";
+    call("restore_state", service);
+  }
+  void explain() {
+    ExplainContact service;
+    service.request.ellipsoid =
+        ellipsoids_.empty() || random_.one(4)
+            ? std::string(static_cast<std::size_t>(random_.index(100000)), 'x')
+            : ellipsoids_[static_cast<std::size_t>(random_.index(static_cast<int>(ellipsoids_.size())))];
+    call("explain_contact", service);
+  }
+  void set(const char* key, double value) {
+    dynamic_reconfigure::Reconfigure service;
+    service.request.config.doubles.resize(1);
+    service.request.config.doubles[0].name = key;
+    service.request.config.doubles[0].value = value;
+    call("set_parameters", service);
+  }
+  void reconfigure() {
+    static const char* const kKeys[] = {"publish_rate", "imu_rate",       "marker_rate",      "clock_rate",
+                                        "marker_scale", "friction_scale", "no_such_parameter"};
+    set(kKeys[random_.index(7)], random_.one(3) ? random_.number(1e6) : random_.uniform(0.5, 200.0));
+    if (!random_.one(20)) return;
+    set("real_time_factor", random_.number(10.0));
+    set("real_time_factor", 0.0);
+  }
+
+  std::string node_;
+  std::vector<std::string> ellipsoids_;
+  long pid_;
+  AbsurdNumbers random_;
+  std::vector<std::uint8_t> saved_;
+  std::map<std::string, Latency> latencies_;
+  std::vector<std::string> faults_;
+};
+
+}  // namespace ellipsoid_vehicle_sim
