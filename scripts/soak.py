@@ -145,7 +145,7 @@ class Soak:
         """One client for so many simulated seconds; what it saw, or None if it could not."""
         command = [self.options.client, "/simulator", str(node.process.pid), str(self.random.randrange(2 ** 31)), "%g" % seconds,
                    "%g" % wall]
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=self.log, text=True, timeout=wall + 60.0)
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=self.log, text=True, timeout=wall + 900.0)
         try:
             return json.loads(done.stdout.strip().splitlines()[-1])
         except (IndexError, ValueError):
