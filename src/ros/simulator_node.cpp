@@ -1,6 +1,9 @@
 #include "ellipsoid_vehicle_sim/ros/simulator_node.h"
 
 #include <diagnostic_msgs/DiagnosticArray.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <std_msgs/Bool.h>
@@ -196,6 +199,7 @@ void SimulatorNode::publishDue() {
   if (diagnostics_event_.dueAt(ticks)) {
     publishDiagnostics();
     reportEvents();
+    returnMemory();
   }
   while (!leaving_.empty() && ros::WallTime::now() > leaving_.front().first) leaving_.pop_front();
 }
@@ -236,6 +240,13 @@ void SimulatorNode::awaitCommand() {
 
 void SimulatorNode::serveCallbacks(double longest_wait) {
   ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(longest_wait));
+}
+
+void SimulatorNode::returnMemory() {
+#ifdef __GLIBC__
+  // What a flood of commands or a slow subscriber's queue needed for a moment would stay ours for ever.
+  if (memory_.due()) malloc_trim(0);
+#endif
 }
 
 void SimulatorNode::publishReady(bool ready) {

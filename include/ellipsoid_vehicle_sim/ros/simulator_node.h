@@ -58,6 +58,7 @@ class SimulatorNode : private SimulationControl, private VehicleHost {
   bool allCommandsAreThere() const;
   std::string missingCommands() const;
   void serveCallbacks(double longest_wait);
+  void returnMemory();
   bool finished() const;
   void reportEvents();
   int finish();
@@ -116,7 +117,7 @@ class SimulatorNode : private SimulationControl, private VehicleHost {
   bool announced_ready_ = false;
   std::string failure_;  ///< why the run cannot go on; "" while it can.
   double reported_lost_ = 0.0;  ///< of the clock's lost time [s].
-  WallThrottle behind_{5.0};
+  WallThrottle behind_{5.0}, memory_{2.0};
   WallPacer::Clock::time_point wall_start_{}, last_status_{}, last_answer_{};
   double last_status_time_ = 0.0;  ///< simulated [s].
 
