@@ -198,6 +198,22 @@ class Lidar(unittest.TestCase):
         self.assertNotEqual(node.exit_code(), 0)
         self.assertIn("~a/samples: there is no such parameter", node.output)
 
+    def test_vehicles_of_a_fleet_see_each_other(self):
+        front = {"pose": [2.2, 0.0, 0.22, 0.0, 0.0, 0.0], "samples": 3, "angle_min": -0.6, "angle_max": 0.6}
+        node = NodeProcess("pair", vehicles=["red", "blue"], vehicle_file="car", world="flat", clock="follow",
+                           red={"start": [0.0, 40.0, 0.0], "lidars": ["front"], "front": front},
+                           blue={"start": [8.0, 40.0, 0.0]})
+        try:
+            scans = Collector("/pair/red/front/scan", LaserScan)
+            wait_until(lambda: self.sim.step(20) and scans.messages, "a scan of the red car")
+            scan = scans.messages[0]
+        finally:
+            node.kill()
+        self.assertEqual(scan.header.frame_id, "red/front")
+        # Straight ahead the tail of the blue car's body, whose centre is as high as the lidar; 3 mm: both stand on springs.
+        self.assertAlmostEqual(scan.ranges[1], 8.0 - 2.05 - 2.2, delta=0.003)
+        self.assertEqual((scan.ranges[0], scan.ranges[2]), (math.inf, math.inf))
+
     def test_what_traces_the_rays_is_named_at_the_start(self):
         node = NodeProcess("short", vehicle_file="car", world="flat", duration=0.01, lidars=["front"], clock="follow",
                            front=LIDARS["front"])
