@@ -213,12 +213,11 @@ class Soak:
         self.curve = curve
         if warm is None or len(curve) - warm < 10:
             return self.fault("the run was too short to say anything about memory")
-        # What waits in queues for a subscriber that is slow at the moment comes and goes: the least of each fifth of the time is
+        # What waits in queues for a subscriber that is slow at the moment comes and goes: the least of a half of the time is
         # what the node holds for good.
         after = [value for _, value in curve[warm:]]
-        fifths = [after[i * len(after) // 5:(i + 1) * len(after) // 5] for i in range(5)]
-        self.held = [min(fifth) for fifth in fifths if fifth]
-        self.growth = max(self.held) - self.held[0]
+        self.held = [min(after[:len(after) // 2]), min(after[len(after) // 2:])]
+        self.growth = self.held[1] - self.held[0]
         if self.growth > MOST_GROWTH:
             self.fault("memory grew by %.2f MiB after the warm-up" % self.growth)
 
@@ -297,7 +296,7 @@ class Soak:
         step = max(1, len(self.curve) // 20)
         lines.append("memory [MiB] over wall time [s]: " + ", ".join("%.0f: %.2f" % point for point in self.curve[::step]))
         if self.growth is not None:
-            lines.append("least memory in the fifths of the time after the warm-up [MiB]: " +
+            lines.append("least memory in both halves of the time after the warm-up [MiB]: " +
                          ", ".join("%.2f" % value for value in self.held) + "; growth %.2f MiB" % self.growth)
         lines.append("service: calls, longest answer [ms], less the wait for a processor [ms]")
         lines += ["  %-16s %7d %8.1f %8.1f" % (name, calls, 1e3 * worst, 1e3 * served)

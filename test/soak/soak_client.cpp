@@ -13,6 +13,9 @@
 namespace ellipsoid_vehicle_sim {
 namespace {
 
+// Simulated time passes some hundred times as fast as ours.
+const ros::Duration kPatience(3000.0);
+
 std::string quoted(const std::string& text) {
   std::string result = "\"";
   for (const char c : text) {
@@ -65,7 +68,7 @@ int run(int argc, char** argv) {
 
   // Names to be right with now and then: from the simulator's own words.
   const auto shapes =
-      ros::topic::waitForMessage<visualization_msgs::MarkerArray>("collision_shapes", nh, ros::Duration(5.0));
+      ros::topic::waitForMessage<visualization_msgs::MarkerArray>("collision_shapes", nh, kPatience);
   std::vector<std::string> ellipsoids;
   ExplainContact known;
   ros::service::call(node + "/explain_contact", known);
@@ -76,7 +79,7 @@ int run(int argc, char** argv) {
     ellipsoids.push_back(known.response.message.substr(at, end - at));
     at = end;
   }
-  const auto state = ros::topic::waitForMessage<sensor_msgs::JointState>("joint_states", nh, ros::Duration(5.0));
+  const auto state = ros::topic::waitForMessage<sensor_msgs::JointState>("joint_states", nh, kPatience);
   CommandFuzzer commands(nh, state ? state->name : std::vector<std::string>(), seed + 1);
   ServiceFuzzer services(node, ellipsoids, pid, seed + 2);
   if (!shapes || ellipsoids.empty() || !state) faults.push_back("the latched messages did not come");
