@@ -5,6 +5,8 @@ tests_without_sanitizers=(
   "consumer: builds a program of somebody else's, without sanitizers, against the installed library"
   "installed_launch: builds and installs once more"
   "fuzz: has its own sanitizers"
+  "soak: memory and answering times are those of the sanitizer"
+  "documented_commands: its programs run in the tests of their own"
 )
 
 use_sanitizers() { # address,undefined | thread
