@@ -25,7 +25,8 @@ LONGEST_ANSWER = 0.1  # [s]
 LONGEST_END = 1.0  # [s]
 MOST_GROWTH = 1.0  # [MiB]
 WARM_UP = 0.1  # of the simulated time,
-SHORTEST_WARM_UP = 8.0  # but at least so long [s of wall time]
+SHORTEST_WARM_UP = 6.0  # but at least so long [s of wall time]
+SHORTEST_RUN = 20.0  # [s of wall time]: to see what becomes of the memory
 CALLER = "/soak"
 PARAMETERS = {"vehicle_file": "car", "world": "course", "real_time_factor": 0.0, "noise_seed": 1, "imu_acceleration_noise": 0.1,
               "lidars": ["front", "top"], "front": {"pose": [1.9, 0.0, 0.35, 0.0, 0.0, 0.0], "noise": 0.01, "samples": 361},
@@ -172,11 +173,11 @@ class Soak:
         segment = min(900.0, target / 8.0)
         node = Node(self.folder)
         last, warm, start, told = 0.0, None, time.monotonic(), 0.0
-        while self.simulated < target and len(self.faults) < 20:
+        while (self.simulated < target or time.monotonic() - start < SHORTEST_RUN) and len(self.faults) < 20:
             left = self.options.wall - (time.monotonic() - start)
             if left <= 0.0:
                 break
-            report = self.client(node, min(segment, target - self.simulated), min(left, 600.0))
+            report = self.client(node, min(segment, max(60.0, target - self.simulated)), min(left, 600.0))
             if node.process.poll() is not None:
                 self.fault("the node ended by itself with %d:\n%s" % (node.process.returncode, node.end_of_log()))
                 return
