@@ -253,6 +253,8 @@ class Soak:
                     if service == "pause":
                         client.wait(60.0)
                 time.sleep(self.random.uniform(1.0, 3.0))
+                if client.poll() is not None:
+                    self.fault("ten million ticks were answered at once: rosservice ended with %d" % client.returncode)
             if kind == "without a master":
                 master.kill()
             self.judge_end(kind, node.interrupt())

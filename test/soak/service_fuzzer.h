@@ -14,9 +14,11 @@
 
 #include "command_fuzzer.h"
 #include "ellipsoid_vehicle_sim/ExplainContact.h"
+#include "ellipsoid_vehicle_sim/Remove.h"
 #include "ellipsoid_vehicle_sim/RestoreState.h"
 #include "ellipsoid_vehicle_sim/SaveState.h"
 #include "ellipsoid_vehicle_sim/SetPose.h"
+#include "ellipsoid_vehicle_sim/Spawn.h"
 #include "ellipsoid_vehicle_sim/Step.h"
 #include "nan_search.h"
 
@@ -50,7 +52,7 @@ class ServiceFuzzer {
       : node_(std::move(node)), ellipsoids_(std::move(ellipsoids)), pid_(pid), random_(seed) {}
 
   void round() {
-    switch (random_.index(11)) {
+    switch (random_.index(12)) {
       case 0:
         return trigger("reset");
       case 1:
@@ -68,6 +70,8 @@ class ServiceFuzzer {
         return trigger("state_hash");
       case 8:
         return trigger("resume");
+      case 9:
+        return spawnOrRemove();
       default:
         return reconfigure();
     }
@@ -163,6 +167,25 @@ class ServiceFuzzer {
             ? std::string(static_cast<std::size_t>(random_.index(100000)), 'x')
             : ellipsoids_[static_cast<std::size_t>(random_.index(static_cast<int>(ellipsoids_.size())))];
     call("explain_contact", service);
+  }
+  /// Nothing that could come: a vehicle that is loaded takes its time, and stays.
+  void spawnOrRemove() {
+    if (random_.one(2)) {
+      Remove service;
+      service.request.name =
+          random_.one(2) ? "nobody" : std::string(static_cast<std::size_t>(random_.index(1000)), 'y');
+      call("remove", service);
+      return;
+    }
+    Spawn service;
+    service.request.name = random_.one(2) ? "a/b" : "other";
+    service.request.vehicle = random_.one(2) ? "/dev/zero" : "no_such_vehicle";
+    if (random_.one(2))
+      service.request.urdf = "<robot name=\"" + std::string(static_cast<std::size_t>(random_.index(50000)), 'x');
+    service.request.x = random_.number(20.0);
+    service.request.yaw = random_.number(3.0);
+    if (random_.one(3)) service.request.parameters = "{[: no yaml";
+    if (call("spawn", service) && service.response.success) fault("spawn took what is none");
   }
   void set(const char* key, double value) {
     dynamic_reconfigure::Reconfigure service;

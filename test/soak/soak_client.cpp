@@ -67,8 +67,7 @@ int run(int argc, char** argv) {
   if (watcher.time() == 0.0) faults.push_back("no /clock for " + std::to_string(wall) + " s");
 
   // Names to be right with now and then: from the simulator's own words.
-  const auto shapes =
-      ros::topic::waitForMessage<visualization_msgs::MarkerArray>("collision_shapes", nh, kPatience);
+  const auto shapes = ros::topic::waitForMessage<visualization_msgs::MarkerArray>("collision_shapes", nh, kPatience);
   std::vector<std::string> ellipsoids;
   ExplainContact known;
   ros::service::call(node + "/explain_contact", known);
