@@ -24,9 +24,10 @@ import xmlrpc.client
 LONGEST_ANSWER = 0.1  # [s]
 LONGEST_END = 1.0  # [s]
 MOST_GROWTH = 1.0  # [MiB]
-WARM_UP = 0.1  # of the simulated time,
+WARM_UP = 0.1  # of the time,
 SHORTEST_WARM_UP = 6.0  # but at least so long [s of wall time]
 SHORTEST_RUN = 20.0  # [s of wall time]: to see what becomes of the memory
+QUIET = 5.0  # nobody listens any more, so that memory is seen without what waits for somebody [s]
 CALLER = "/soak"
 PARAMETERS = {"vehicle_file": "car", "world": "course", "real_time_factor": 0.0, "noise_seed": 1, "imu_acceleration_noise": 0.1,
               "lidars": ["front", "top"], "front": {"pose": [1.9, 0.0, 0.35, 0.0, 0.0, 0.0], "noise": 0.01, "samples": 361},
@@ -172,7 +173,7 @@ class Soak:
         target = 3600.0 * self.options.hours
         segment = min(900.0, target / 8.0)
         node = Node(self.folder)
-        last, warm, start, told = 0.0, None, time.monotonic(), 0.0
+        last, start, told = 0.0, time.monotonic(), 0.0
         while (self.simulated < target or time.monotonic() - start < SHORTEST_RUN) and len(self.faults) < 20:
             left = self.options.wall - (time.monotonic() - start)
             if left <= 0.0:
@@ -188,8 +189,6 @@ class Soak:
             if report["to"] < last:
                 self.fault("/clock went back from %.3f to %.3f between two clients" % (last, report["to"]))
             self.simulated, last = report["to"], report["to"]
-            if warm is None and self.simulated > WARM_UP * target and time.monotonic() - start > SHORTEST_WARM_UP:
-                warm = len(node.curve)
             if time.monotonic() - told > 30.0:
                 told = time.monotonic()
                 print("%8.2f h simulated in %6.0f s, %5.1f MiB, %d faults" %
@@ -197,7 +196,8 @@ class Soak:
             if self.random.random() < 0.5 or self.clients == 1:
                 self.restart(master)
         self.wall = time.monotonic() - start
-        self.judge_memory(node.curve, warm)
+        time.sleep(QUIET)
+        self.judge_memory(node.curve)
         self.judge_end("after %.2f simulated hours" % (self.simulated / 3600.0), node.interrupt())
 
     def restart(self, master):
@@ -210,9 +210,11 @@ class Soak:
             self.fault(str(error))
         self.restarts += 1
 
-    def judge_memory(self, curve, warm):
+    def judge_memory(self, curve):
         self.curve = curve
-        if warm is None or len(curve) - warm < 10:
+        end_of_warm_up = max(SHORTEST_WARM_UP, WARM_UP * curve[-1][0]) if curve else 0.0
+        warm = sum(1 for at, _ in curve if at < end_of_warm_up)
+        if len(curve) - warm < 10:
             return self.fault("the run was too short to say anything about memory")
         # What waits in queues for a subscriber that is slow at the moment comes and goes: the least of a half of the time is
         # what the node holds for good.

@@ -19,6 +19,7 @@ namespace {
 using XmlRpc::XmlRpcValue;
 
 constexpr std::chrono::seconds kBetweenLooks(2);  // of wall time
+constexpr std::chrono::seconds kPatience(2);      // with a master that does not answer
 
 XmlRpcValue listOf(const std::vector<XmlRpcValue>& items) {
   XmlRpcValue list;
@@ -27,11 +28,20 @@ XmlRpcValue listOf(const std::vector<XmlRpcValue>& items) {
   return list;
 }
 
-/// Calls a server; what it answered is [code, message, value] in ROS's interfaces.
+/// Calls a server; what it answered is [code, message, value] in ROS's interfaces. Gives up after a while, or at once
+/// when `end` is set: a master that stands still answers nobody, and must not keep us from ending.
 bool call(const std::string& host, std::uint32_t port, const char* method, const XmlRpcValue& arguments,
-          XmlRpcValue& answer) {
+          const std::atomic<bool>& end, XmlRpcValue& answer) {
   XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
-  const bool answered = client.execute(method, arguments, answer) && !client.isFault();
+  const auto latest = std::chrono::steady_clock::now() + kPatience;
+  bool open = client.executeNonBlock(method, arguments), done = false;
+  while (open && !done) {
+    client._disp.work(0.02);
+    done = client.executeCheckDone(answer);
+    // Without a connection left it will never be done.
+    open = client.getfd() != -1 && !end && std::chrono::steady_clock::now() < latest;
+  }
+  const bool answered = done && !client.isFault();
   client.close();
   return answered && answer.getType() == XmlRpcValue::TypeArray && answer.size() == 3;
 }
@@ -57,7 +67,7 @@ MasterWatch::~MasterWatch() {
 
 void MasterWatch::watch() {
   std::unique_lock<std::mutex> lock(mutex_);
-  while (!ending_.wait_for(lock, kBetweenLooks, [this] { return end_; })) {
+  while (!ending_.wait_for(lock, kBetweenLooks, [this] { return end_.load(); })) {
     lock.unlock();
     if (ros::ok()) look();
     lock.lock();
@@ -67,7 +77,7 @@ void MasterWatch::watch() {
 bool MasterWatch::ask(const char* method, const std::vector<XmlRpcValue>& arguments, XmlRpcValue& answer) const {
   std::vector<XmlRpcValue> all = {XmlRpcValue(ros::this_node::getName())};
   all.insert(all.end(), arguments.begin(), arguments.end());
-  return call(ros::master::getHost(), ros::master::getPort(), method, listOf(all), answer);
+  return call(ros::master::getHost(), ros::master::getPort(), method, listOf(all), end_, answer);
 }
 
 void MasterWatch::look() {
@@ -128,7 +138,7 @@ void MasterWatch::registerAgain() {
     // Who publishes it by now is what the master would have told us had it known us.
     const XmlRpcValue publishers = answer[2];
     call(host, port, "publisherUpdate",
-         listOf({XmlRpcValue(ros::this_node::getName()), XmlRpcValue(topic), publishers}), answer);
+         listOf({XmlRpcValue(ros::this_node::getName()), XmlRpcValue(topic), publishers}), end_, answer);
   }
   unfinished_ = !whole;
   if (whole)

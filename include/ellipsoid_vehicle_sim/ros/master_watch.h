@@ -3,6 +3,7 @@
 #include <ros/node_handle.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <map>
 #include <mutex>
@@ -39,7 +40,7 @@ class MasterWatch {
 
   std::mutex mutex_;
   std::condition_variable ending_;
-  bool end_ = false;
+  std::atomic<bool> end_{false};
   std::thread thread_;
 };
 
