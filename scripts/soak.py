@@ -221,7 +221,7 @@ class Soak:
         after = [value for _, value in curve[warm:]]
         self.held = [min(after[:len(after) // 2]), min(after[len(after) // 2:])]
         self.growth = self.held[1] - self.held[0]
-        if self.growth > MOST_GROWTH:
+        if self.growth > self.options.growth:
             self.fault("memory grew by %.2f MiB after the warm-up" % self.growth)
 
     def judge_end(self, when, result):
@@ -318,6 +318,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--wall", type=float, default=1e9, help="give up after so many seconds of wall time")
     parser.add_argument("--interrupts", type=int, default=20, help="nodes to interrupt at the end")
+    parser.add_argument("--growth", type=float, default=MOST_GROWTH, help="of memory that is allowed after the warm-up [MiB]")
     parser.add_argument("--report", help="file for the summary")
     parser.add_argument("--client", required=True, help=argparse.SUPPRESS)
     options = parser.parse_args()
