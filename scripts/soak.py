@@ -81,7 +81,9 @@ class Master:
         self.server.setParam(CALLER, "/simulator", PARAMETERS)
 
     def knows(self, node):
-        return self.server.lookupNode(CALLER, node)[0] == 1
+        """Whether the node has registered all: its subscriptions come last."""
+        _, _, (_, subscribers, _) = self.server.getSystemState(CALLER)
+        return any(node in nodes for _, nodes in subscribers)
 
     def kill(self):
         self.process.kill()
