@@ -8,8 +8,20 @@
 #include <thread>
 
 #include "ellipsoid_vehicle_sim/scene/run_record.h"
+#include "ellipsoid_vehicle_sim/vehicle/scene_kind.h"
 
 namespace ellipsoid_vehicle_sim {
+namespace {
+
+/// What the dial takes the scene for.
+std::string kindText(const LoadedScene& loaded) {
+  SimConfig config = loaded.scene.config;
+  config.allow_unstable = true;
+  const Loaded<Simulator> simulator = startScene(loaded, config);
+  return simulator ? toString(sceneKindOf(simulator.value->model(), simulator.value->terrain())) : "cannot be started";
+}
+
+}  // namespace
 
 Problems writeStudyManifest(const std::string& path, const StudyRecord& record, const std::vector<StudyRow>& rows) {
   const BuildInfo build = buildInfo();
@@ -70,7 +82,7 @@ Problems writeStudyManifest(const std::string& path, const StudyRecord& record, 
     text("description", loaded.scene.description);
     number("duration_s", loaded.scene.duration);
     number("horizon_s", loaded.scene.horizon);
-    yaml << YAML::Key << "driven" << YAML::Value << (loaded.vehicle.layout != DriveLayout::kNone);
+    text("kind", kindText(loaded));
     yaml << YAML::Key << "files" << YAML::Value << YAML::BeginSeq;
     for (const std::string& file : loaded.files) {
       yaml << YAML::BeginMap;

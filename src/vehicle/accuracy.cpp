@@ -62,29 +62,29 @@ std::optional<double> accuracyTarget(const std::string& accuracy) {
   return number;
 }
 
-AccuracyChoice chooseAccuracy(double target, bool driven, const StabilityCertificate& certificate,
+AccuracyChoice chooseAccuracy(double target, SceneKind kind, const StabilityCertificate& certificate,
                               const std::vector<AccuracyPoint>& curves) {
   const double fastest = fastestMode(certificate);
   AccuracyChoice best, exactest;
   double best_cost = INFINITY, least_error = INFINITY;
   std::string bound, exactest_bound;
   for (const AccuracyPoint& point : curves) {
-    if (point.driven != driven) continue;
-    const IntegratorKind kind = kindOf(point.integrator);
-    const double held = kMargin * certificate.largestStep(kind);
+    if (point.kind != kind) continue;
+    const IntegratorKind integrator = kindOf(point.integrator);
+    const double held = kMargin * certificate.largestStep(integrator);
     const double asked = fastest > 0.0 ? point.omega_dt / fastest : kLongestStep;
     const double dt = roundStep(std::min({asked, held, kLongestStep}));
     if (dt > held) continue;
     const char* what = asked <= held ? "by its measured error" : "by the stability certificate";
     if (point.error < least_error) {
       least_error = point.error;
-      exactest = {kind, dt, point.error, false, ""};
+      exactest = {integrator, dt, point.error, false, ""};
       exactest_bound = what;
     }
     const double cost = point.tick_cost / dt;
     if (point.error > target || cost >= best_cost) continue;
     best_cost = cost;
-    best = {kind, dt, point.error, true, ""};
+    best = {integrator, dt, point.error, true, ""};
     bound = what;
   }
   if (!best.reached) {
@@ -93,9 +93,9 @@ AccuracyChoice chooseAccuracy(double target, bool driven, const StabilityCertifi
   }
   char text[320];
   std::snprintf(text, sizeof text,
-                "%s at %.4g s, the step bounded %s (fastest mode %.4g rad/s); nine scenes of ten measured stay below %.2g m "
-                "per metre%s",
-                toString(best.integrator), best.dt, bound.c_str(), fastest, best.expected_error,
+                "%s at %.4g s, the step bounded %s (fastest mode %.4g rad/s); of the scenes measured of this kind (%s) nearly all "
+                "stay below %.2g m per metre%s",
+                toString(best.integrator), best.dt, bound.c_str(), fastest, toString(kind), best.expected_error,
                 best.reached ? "" : ": no measured setting reaches what was asked, this is the most exact");
   best.reason = text;
   return best;

@@ -56,8 +56,8 @@ Loaded<Simulator> Simulator::createForAccuracy(const VehicleDescription& vehicle
   config.allow_unstable = true;
   Loaded<Simulator> result = create(vehicle, terrain, config);
   if (!result) return result;
-  const bool driven = result.value->model().drive.layout != DriveLayout::kNone;
-  const AccuracyChoice choice = chooseAccuracy(target, driven, result.value->certificate(), accuracyCurves());
+  const SceneKind kind = sceneKindOf(result.value->model(), result.value->terrain());
+  const AccuracyChoice choice = chooseAccuracy(target, kind, result.value->certificate(), accuracyCurves());
   config.integrator = choice.integrator;
   config.dt = choice.dt;
   result = create(vehicle, terrain, config);

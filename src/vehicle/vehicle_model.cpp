@@ -324,6 +324,10 @@ class Compiler {
     }
   }
 
+  static bool isWheelJoint(const DynamicJoint& joint) {
+    return joint.role == JointRole::kDrive || joint.role == JointRole::kFreeWheel;
+  }
+
   // What each coordinate feels with all else free; a coordinate that moves nothing cannot be integrated.
   bool reflectInertias(ArticulatedBody& tree) {
     std::vector<double> tau(model_.bodies.size(), 0.0), qdd(model_.bodies.size(), 0.0);
@@ -335,6 +339,12 @@ class Compiler {
       tree.clearForces();
       tree.accelerations(tau.data(), still.data(), Vec3{0.0, 0.0, 0.0}, qdd.data());
       joint.reflected_inertia = 1.0 / qdd[j];
+      // All wheels are held at once: what one of them moves, the others feel. Of heavy wheels under a light body that is
+      // much; the sum of a row bounds the fastest mode of all holds together (Gershgorin).
+      double together = std::abs(qdd[j]);
+      for (std::size_t other = 0; other < model_.dynamic_joints.size(); ++other)
+        if (other != j && isWheelJoint(joint) && isWheelJoint(model_.dynamic_joints[other])) together += std::abs(qdd[other]);
+      joint.hold_inertia = 1.0 / together;
       if (!(tree.articulatedInertia(joint.body) > kNoInertia) || !std::isfinite(qdd[j]) || !(qdd[j] > 0.0)) {
         const JointDescription& d = description().joints[joint.description];
         fail("joint '" + d.name + "' (line " + std::to_string(d.line) + ")",
@@ -484,8 +494,8 @@ class Compiler {
       const double I = joint.reflected_inertia;
       joint.stop_stiffness = I * kStopFrequency * kStopFrequency;
       joint.stop_damping = 2.0 * kStopDampingRatio * I * kStopFrequency;
-      joint.hold.stiffness = I * kHoldFrequency * kHoldFrequency;
-      joint.hold.damping = 2.0 * kHoldDampingRatio * I * kHoldFrequency;
+      joint.hold.stiffness = joint.hold_inertia * kHoldFrequency * kHoldFrequency;
+      joint.hold.damping = 2.0 * kHoldDampingRatio * joint.hold_inertia * kHoldFrequency;
     }
   }
 

@@ -35,7 +35,7 @@ TEST_P(Extremes, NeverGainsEnergyUnmarked) {
   EXPECT_GT(moved, 0) << axis.name;
 }
 
-INSTANTIATE_TEST_SUITE_P(Axes, Extremes, testing::Values(0), [](const auto& sheet) {
+INSTANTIATE_TEST_SUITE_P(Axes, Extremes, testing::Range(0, 12), [](const auto& sheet) {
   return extremeAxes()[static_cast<std::size_t>(sheet.param)].name;
 });
 

@@ -3,17 +3,20 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "ellipsoid_vehicle_sim/vehicle/parameter_table.h"
+#include "support/meshes.h"
 #include "support/motions.h"
 
 namespace ellipsoid_vehicle_sim::test {
 namespace {
 
-const std::vector<AccuracyPoint> kCurves = {{true, "semi_implicit_euler", 0.1, 1e-3, 1.0},
-                                            {true, "semi_implicit_euler", 0.5, 1e-2, 1.0},
-                                            {true, "rk4", 0.5, 1e-4, 3.0},
-                                            {true, "rk4", 2.0, 5e-3, 3.0},
-                                            {false, "rk4_events", 1.0, 1e-6, 10.0}};
+const std::vector<AccuracyPoint> kCurves = {{SceneKind::kDrive, "semi_implicit_euler", 0.1, 1e-3, 1.0},
+                                            {SceneKind::kDrive, "semi_implicit_euler", 0.5, 1e-2, 1.0},
+                                            {SceneKind::kDrive, "rk4", 0.5, 1e-4, 3.0},
+                                            {SceneKind::kDrive, "rk4", 2.0, 5e-3, 3.0},
+                                            {SceneKind::kElastic, "rk4_events", 1.0, 1e-6, 10.0}};
 
 StabilityCertificate certificateOf(double fastest, double limit) {
   StabilityCertificate certificate;
@@ -27,26 +30,52 @@ StabilityCertificate certificateOf(double fastest, double limit) {
 TEST(Accuracy, TakesTheCheapestThatHoldsTheTarget) {
   const StabilityCertificate certificate = certificateOf(100.0, 0.1);
   // 1e-2: Euler at 5 ms costs 1 / 5 ms, RK4 at 20 ms 3 / 20 ms.
-  AccuracyChoice choice = chooseAccuracy(1e-2, true, certificate, kCurves);
+  AccuracyChoice choice = chooseAccuracy(1e-2, SceneKind::kDrive, certificate, kCurves);
   EXPECT_EQ(choice.integrator, IntegratorKind::kRk4);
   EXPECT_EQ(choice.dt, 0.02);
   EXPECT_TRUE(choice.reached);
   // 1e-3: Euler at 1 ms against RK4 at 5 ms.
-  choice = chooseAccuracy(1e-3, true, certificate, kCurves);
+  choice = chooseAccuracy(1e-3, SceneKind::kDrive, certificate, kCurves);
   EXPECT_EQ(choice.integrator, IntegratorKind::kRk4);
   EXPECT_EQ(choice.dt, 5e-3);
-  EXPECT_EQ(chooseAccuracy(1e-3, false, certificate, kCurves).integrator, IntegratorKind::kRk4Events);
+  EXPECT_EQ(chooseAccuracy(1e-3, SceneKind::kElastic, certificate, kCurves).integrator, IntegratorKind::kRk4Events);
 }
 
 TEST(Accuracy, KeepsATenthOfTheCertificateInHand) {
-  const AccuracyChoice choice = chooseAccuracy(1e-2, true, certificateOf(100.0, 3e-3), kCurves);
+  const AccuracyChoice choice = chooseAccuracy(1e-2, SceneKind::kDrive, certificateOf(100.0, 3e-3), kCurves);
   EXPECT_LE(choice.dt, 0.9 * 3e-3);
   EXPECT_GE(choice.dt, 2e-3);
   EXPECT_NE(choice.reason.find("stability certificate"), std::string::npos) << choice.reason;
 }
 
+TEST(SceneKind, IsToldByWheelsEdgesAndDamping) {
+  const auto kindOf = [](const VehicleDescription& vehicle, std::shared_ptr<const Terrain> terrain, double damping) {
+    const Simulator simulator = make(vehicle, terrain, springConfig(IntegratorKind::kRk4, 1e-3, 1e5, damping));
+    return sceneKindOf(simulator.model(), simulator.terrain());
+  };
+  const VehicleDescription ball = solidBody(Eigen::Vector3d::Constant(0.3), 10.0);  // critical: 2000 N s/m
+  EXPECT_EQ(kindOf(ball, flatFloor(), 0.0), SceneKind::kElastic);
+  EXPECT_EQ(kindOf(ball, flatFloor(), 300.0), SceneKind::kElastic);
+  EXPECT_EQ(kindOf(ball, flatFloor(), 600.0), SceneKind::kDamped);
+  const Simulator on_floor = make(car(), flatFloor(), SimConfig{});
+  EXPECT_EQ(sceneKindOf(on_floor.model(), on_floor.terrain()), SceneKind::kDrive);
+  TriangleSoup kerb = floorSoup(50.0, 2);
+  addQuad(kerb, {5, -1, 0.0}, {5, 1, 0.0}, {5, 1, 0.1}, {5, -1, 0.1});
+  addQuad(kerb, {5, -1, 0.1}, {5, 1, 0.1}, {6, 1, 0.1}, {6, -1, 0.1});
+  const Simulator at_kerb = make(car(), terrainOf(std::move(kerb)), SimConfig{});
+  EXPECT_EQ(sceneKindOf(at_kerb.model(), at_kerb.terrain()), SceneKind::kRoughDrive);
+}
+
+TEST(SceneKind, SharpestBendIsTheAngleBetweenNeighbours) {
+  EXPECT_NEAR(sharpestBend(*terrainOf(cubeSoup())), M_PI / 2.0, 1e-9);
+  EXPECT_EQ(sharpestBend(*terrainOf(flatSoup(4, 1.0))), 0.0);
+  // A roof of 30 degrees on each side.
+  const auto roof = gridSoup(4, 1.0, [](double x, double) { return -std::tan(M_PI / 6.0) * std::abs(x - 2.0); });
+  EXPECT_NEAR(sharpestBend(*terrainOf(roof)), M_PI / 3.0, 1e-9);
+}
+
 TEST(Accuracy, SaysWhenNothingIsSoExact) {
-  const AccuracyChoice choice = chooseAccuracy(1e-8, true, certificateOf(100.0, 0.1), kCurves);
+  const AccuracyChoice choice = chooseAccuracy(1e-8, SceneKind::kDrive, certificateOf(100.0, 0.1), kCurves);
   EXPECT_FALSE(choice.reached);
   EXPECT_EQ(choice.integrator, IntegratorKind::kRk4);
   EXPECT_NE(choice.reason.find("most exact"), std::string::npos) << choice.reason;
@@ -62,14 +91,14 @@ TEST(Accuracy, WordsAndNumbers) {
 
 TEST(Accuracy, TheMeasuredCurvesAreThere) {
   ASSERT_FALSE(accuracyCurves().empty());
-  bool driven = false, ballistic = false;
+  std::set<SceneKind> kinds;
   for (const AccuracyPoint& point : accuracyCurves()) {
-    (point.driven ? driven : ballistic) = true;
+    kinds.insert(point.kind);
     EXPECT_GT(point.omega_dt, 0.0);
     EXPECT_GT(point.error, 0.0);
     EXPECT_GT(point.tick_cost, 0.0);
   }
-  EXPECT_TRUE(driven && ballistic);
+  EXPECT_EQ(kinds.size(), static_cast<std::size_t>(kSceneKindCount));
 }
 
 TEST(Accuracy, ASimulatorMadeWithItHasTheChosenStepAndSaysWhy) {

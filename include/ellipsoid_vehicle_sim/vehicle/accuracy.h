@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "ellipsoid_vehicle_sim/vehicle/certificate.h"
+#include "ellipsoid_vehicle_sim/vehicle/scene_kind.h"
 #include "ellipsoid_vehicle_sim/vehicle/sim_config.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -13,10 +14,10 @@ namespace ellipsoid_vehicle_sim {
 
 /// One point of a measured curve: scripts/make_accuracy_curves writes them from what trade_off measured.
 struct AccuracyPoint {
-  bool driven;              ///< measured on scenes with ground wheels; else on those without.
+  SceneKind kind;           ///< measured on scenes of this kind.
   const char* integrator;   ///< as the parameter spells it.
   double omega_dt;          ///< step in units of the fastest mode of the certificate [-].
-  double error;             ///< that 90 % of the scenes stay below [m/m].
+  double error;             ///< that all scenes of the kind but one in ten, and at least one, stay below [m/m].
   double tick_cost;         ///< CPU time of a tick over one of semi_implicit_euler [-].
 };
 
@@ -36,7 +37,7 @@ struct AccuracyChoice {
 
 /// The cheapest setting whose curve stays below the target, at a step that the certificate holds with a tenth to spare;
 /// steps divide 20 ms.
-AccuracyChoice chooseAccuracy(double target, bool driven, const StabilityCertificate& certificate,
+AccuracyChoice chooseAccuracy(double target, SceneKind kind, const StabilityCertificate& certificate,
                               const std::vector<AccuracyPoint>& curves);
 
 }  // namespace ellipsoid_vehicle_sim
