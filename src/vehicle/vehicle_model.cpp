@@ -344,7 +344,7 @@ class Compiler {
       double together = std::abs(qdd[j]);
       for (std::size_t other = 0; other < model_.dynamic_joints.size(); ++other)
         if (other != j && isWheelJoint(joint) && isWheelJoint(model_.dynamic_joints[other])) together += std::abs(qdd[other]);
-      joint.hold_inertia = 1.0 / together;
+      hold_inertia_.push_back(1.0 / together);
       if (!(tree.articulatedInertia(joint.body) > kNoInertia) || !std::isfinite(qdd[j]) || !(qdd[j] > 0.0)) {
         const JointDescription& d = description().joints[joint.description];
         fail("joint '" + d.name + "' (line " + std::to_string(d.line) + ")",
@@ -490,12 +490,13 @@ class Compiler {
   void deriveJointConstants() {
     for (const CoordinateCoupling& c : model_.couplings)
       model_.dynamic_joints[c.coordinate].rest = c.multiplier * model_.dynamic_joints[c.leader].rest + c.offset;
-    for (DynamicJoint& joint : model_.dynamic_joints) {
+    for (std::size_t j = 0; j < model_.dynamic_joints.size(); ++j) {
+      DynamicJoint& joint = model_.dynamic_joints[j];
       const double I = joint.reflected_inertia;
       joint.stop_stiffness = I * kStopFrequency * kStopFrequency;
       joint.stop_damping = 2.0 * kStopDampingRatio * I * kStopFrequency;
-      joint.hold.stiffness = joint.hold_inertia * kHoldFrequency * kHoldFrequency;
-      joint.hold.damping = 2.0 * kHoldDampingRatio * joint.hold_inertia * kHoldFrequency;
+      joint.hold.stiffness = hold_inertia_[j] * kHoldFrequency * kHoldFrequency;
+      joint.hold.damping = 2.0 * kHoldDampingRatio * hold_inertia_[j] * kHoldFrequency;
     }
   }
 
@@ -503,6 +504,7 @@ class Compiler {
   VehicleModel model_;
   Problems problems_;
   std::vector<bool> moves_;        // per joint: is a coordinate
+  std::vector<double> hold_inertia_;  // per coordinate: what it feels with all wheels held at once [kg m^2]
   std::vector<int> owner_joint_;   // per link: the nearest movable joint above it, -1 at the root
 };
 

@@ -52,7 +52,6 @@ struct DynamicJoint {
   double stop_damping = 0.0;
   JointHold hold;
   double reflected_inertia = 0.0; ///< what the coordinate feels with all else free [kg m^2] or [kg].
-  double hold_inertia = 0.0;      ///< likewise with all wheels held at once.
 };
 
 /// A joint on a given path: steering, lift. `body` is -1 where only an axle turns (solid compound).
