@@ -13,6 +13,8 @@ constexpr double kLeast = 1e-9, kMost = 1.0;
 // Of the step that the certificate allows.
 constexpr double kMargin = 0.9;
 constexpr double kLongestStep = 0.02, kShortestStep = 1e-6;
+// Where nothing is so exact as asked, what is nearly as exact as the best may be far cheaper [-].
+constexpr double kNearly = 3.0;
 
 const AccuracyPoint kCurves[] = {
 #include "accuracy_curves.inc"
@@ -65,40 +67,44 @@ std::optional<double> accuracyTarget(const std::string& accuracy) {
 AccuracyChoice chooseAccuracy(double target, SceneKind kind, const StabilityCertificate& certificate,
                               const std::vector<AccuracyPoint>& curves) {
   const double fastest = fastestMode(certificate);
-  AccuracyChoice best, exactest;
-  double best_cost = INFINITY, least_error = INFINITY;
-  std::string bound, exactest_bound;
-  for (const AccuracyPoint& point : curves) {
-    if (point.kind != kind) continue;
-    const IntegratorKind integrator = kindOf(point.integrator);
-    const double held = kMargin * certificate.largestStep(integrator);
-    const double asked = fastest > 0.0 ? point.omega_dt / fastest : kLongestStep;
-    const double dt = roundStep(std::min({asked, held, kLongestStep}));
-    if (dt > held) continue;
-    const char* what = asked <= held ? "by its measured error" : "by the stability certificate";
-    if (point.error < least_error) {
-      least_error = point.error;
-      exactest = {integrator, dt, point.error, false, ""};
-      exactest_bound = what;
+  // The cheapest whose error is at most `error`; cost infinite without any.
+  struct Offer {
+    AccuracyChoice choice;
+    double cost = INFINITY;
+    const char* bound = "";
+  };
+  double least_error = INFINITY;
+  const auto cheapest = [&](double error) {
+    Offer best;
+    for (const AccuracyPoint& point : curves) {
+      if (point.kind != kind) continue;
+      const IntegratorKind integrator = kindOf(point.integrator);
+      const double held = kMargin * certificate.largestStep(integrator);
+      const double asked = fastest > 0.0 ? point.omega_dt / fastest : kLongestStep;
+      const double dt = roundStep(std::min({asked, held, kLongestStep}));
+      if (dt > held) continue;
+      least_error = std::min(least_error, point.error);
+      const double cost = point.tick_cost / dt;
+      if (point.error > error || cost >= best.cost) continue;
+      best.cost = cost;
+      best.choice = {integrator, dt, point.error, true, ""};
+      best.bound = asked <= held ? "by its measured error" : "by the stability certificate";
     }
-    const double cost = point.tick_cost / dt;
-    if (point.error > target || cost >= best_cost) continue;
-    best_cost = cost;
-    best = {integrator, dt, point.error, true, ""};
-    bound = what;
-  }
-  if (!best.reached) {
-    best = exactest;
-    bound = exactest_bound;
+    return best;
+  };
+  Offer best = cheapest(target);
+  if (!std::isfinite(best.cost)) {
+    best = cheapest(kNearly * least_error);
+    best.choice.reached = false;
   }
   char text[320];
   std::snprintf(text, sizeof text,
-                "%s at %.4g s, the step bounded %s (fastest mode %.4g rad/s); of the scenes measured of this kind (%s) nearly all "
-                "stay below %.2g m per metre%s",
-                toString(best.integrator), best.dt, bound.c_str(), fastest, toString(kind), best.expected_error,
-                best.reached ? "" : ": no measured setting reaches what was asked, this is the most exact");
-  best.reason = text;
-  return best;
+                "%s at %.4g s, the step bounded %s (fastest mode %.4g rad/s); scenes measured of this kind (%s) stay "
+                "below %.2g m per metre%s",
+                toString(best.choice.integrator), best.choice.dt, best.bound, fastest, toString(kind),
+                best.choice.expected_error, best.choice.reached ? "" : ": no measured setting reaches what was asked, this is nearly the most exact");
+  best.choice.reason = text;
+  return best.choice;
 }
 
 }  // namespace ellipsoid_vehicle_sim
