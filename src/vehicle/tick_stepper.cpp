@@ -157,7 +157,8 @@ void TickStepper::takeDormandPrince(VehicleState& state, TickOutcome& outcome) {
     const bool held = finite && error <= config_.error_tolerance;
     const double factor = error > 0.0 ? kSafety * std::pow(config_.error_tolerance / error, 0.2) : kGrow;
     const double next = h * (finite ? std::clamp(factor, kShrink, kGrow) : kShrink);
-    if (!held && h > floor * (1.0 + kRounding)) {
+    // A step with what would be left of the tick in it may be nearly two floors long: it cannot be cut, either.
+    if (!held && h >= 2.0 * floor) {
       h = std::max(floor, std::min(next, 0.5 * h));
       continue;
     }
