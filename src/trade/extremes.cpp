@@ -178,7 +178,7 @@ double energyBound(IntegratorKind integrator) {
     case IntegratorKind::kSemiImplicitEuler: return 1.0;
     case IntegratorKind::kRk4: return 1.0;
     case IntegratorKind::kRk4Events: return 0.05;
-    case IntegratorKind::kDormandPrince: return 0.05;
+    case IntegratorKind::kDormandPrince: return 0.1;
     case IntegratorKind::kLinearlyImplicit: return 0.1;
   }
   return 0.0;

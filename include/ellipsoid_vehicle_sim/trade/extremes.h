@@ -41,7 +41,8 @@ const std::vector<ExtremeAxis>& extremeAxes();
 
 /// Energy that an integrator may add, in units of what the motion has to spend: kinetic energy at the start and what it
 /// falls through. Of the first-order methods and RK4 it is what a touch-down within a step makes at the edge of their
-/// certificate; of linearly_implicit it is what a turn of a radian within a step makes.
+/// certificate; of linearly_implicit and dormand_prince it is what a
+/// turn of a radian within the smallest step makes.
 double energyBound(IntegratorKind integrator);
 
 /// Runs a cell: thrown or set rolling, then left alone. `ticks`: how many at most.
