@@ -167,7 +167,7 @@ Loaded<NodeSetup> loadSetup(const ros::NodeHandle& nh, const ros::NodeHandle& nh
     append(refused, problems);
   }
   if (!problems.empty()) return result;
-  NodeSetup setup{options, world.terrain, world.start, std::move(world.files), common, std::move(fleet), {}, {}};
+  NodeSetup setup{options, world.terrain, world.start, std::move(world.files), common, std::move(fleet), {}, {}, {}};
   for (VehicleSetup& vehicle : vehicles) {
     const int place = setup.fleet.find(fleetName(vehicle.name));
     setup.recorders.push_back(

@@ -31,7 +31,7 @@ Sliding slidingOf(const PairSide& first, const PairSide& second, const PairCandi
   const PairSide* sides[2] = {&first, &second};
   Vec3 v[2];
   for (int i = 0; i < 2; ++i) {
-    Contact contact;
+    Contact contact{};
     contact.nhat_W = i == 0 ? pair.contact.nhat_W : Vector3d(-pair.contact.nhat_W);
     contact.p_WE_lowest = pair.p_WC;
     ActiveContact active(sides[i]->ellipsoid, contact);

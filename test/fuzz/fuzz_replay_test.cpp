@@ -43,7 +43,7 @@ TEST_P(FuzzReplay, KeepsItsPromises) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Targets, FuzzReplay, testing::ValuesIn(targets()),
-                         [](const testing::TestParamInfo<Target>& info) { return info.param.name; });
+                         [](const testing::TestParamInfo<Target>& sheet) { return sheet.param.name; });
 
 TEST(FuzzTargets, AreTheOnesThatScriptsFuzzKnows) {
   std::string names;
