@@ -47,8 +47,8 @@ std::vector<std::string> knownIntegrators() {
 StudyBudget StudyBudget::quick() {
   StudyBudget budget;
   budget.steps = {1e-4, 5e-4, 1e-3, 5e-3};
-  budget.reference = 0.25;
-  budget.cells = 2.5;
+  budget.reference = 0.2;
+  budget.cells = 0.9;
   return budget;
 }
 
