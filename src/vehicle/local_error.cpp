@@ -23,20 +23,13 @@ int orderOf(IntegratorKind kind) {
 
 LocalErrorEstimator::LocalErrorEstimator(const VehicleModel& model, const SimConfig& config, const Terrain& terrain,
                                          const VehicleState& state)
-    : model_(model),
-      half_(halfOf(config)),
-      dynamics_(model, half_, terrain),
-      stepper_(model, half_, dynamics_),
-      shadow_(state),
-      before_(state.memory) {}
-
-void LocalErrorEstimator::begin(const VehicleState& state) { shadow_ = state; }
+    : model_(model), halves_(model, halfOf(config), terrain, state) {}
 
 bool LocalErrorEstimator::end(const VehicleState& state, ErrorEstimate& estimate) {
-  if (!stepper_.advance(shadow_, before_, false).sane || !stepper_.advance(shadow_, before_, true).sane) return false;
-  const double power = std::pow(2.0, orderOf(half_.integrator));
+  if (!halves_.advance(false) || !halves_.advance()) return false;
+  const double power = std::pow(2.0, orderOf(halves_.config().integrator));
   const double factor = power / (power - 1.0);
-  const Motion &a = state.motion, &b = shadow_.motion;
+  const Motion &a = state.motion, &b = halves_.state().motion;
   const Eigen::Vector3d p_BR = a.X_WB.q * model_.X_BR.p, other_BR = b.X_WB.q * model_.X_BR.p;
   // The vector part of a small turn's quaternion is half the turn.
   const Eigen::Quaterniond turned = a.X_WB.q * b.X_WB.q.conjugate();

@@ -1,32 +1,28 @@
 #pragma once
 
 #include "ellipsoid_vehicle_sim/vehicle/simulator.h"
-#include "ellipsoid_vehicle_sim/vehicle/tick_stepper.h"
+#include "shadow_run.h"
 
 namespace ellipsoid_vehicle_sim {
 
-/// What one tick gets wrong, by step doubling: beside the tick, a shadow takes the same way in two halves, with contact
-/// caches and buffers of its own, so that the run itself knows nothing of it [Hairer1993, II.4]. The difference times
+/// What one tick gets wrong, by step doubling: beside the tick, a shadow takes the same way in two halves
+/// [Hairer1993, II.4]. The difference times
 /// 2^p / (2^p - 1) is the error of the whole step, p its order; through touch-downs p = 1 would make twice as much of it.
 class LocalErrorEstimator {
  public:
   /// The arguments must outlive it.
   LocalErrorEstimator(const VehicleModel& model, const SimConfig& config, const Terrain& terrain, const VehicleState& state);
 
-  void scaleFriction(double scale) { dynamics_.scaleFriction(scale); }
+  void scaleFriction(double scale) { halves_.scaleFriction(scale); }
 
   /// The state at the start of a tick, its drive already that of the tick.
-  void begin(const VehicleState& state);
+  void begin(const VehicleState& state) { halves_.begin(state); }
   /// The state at its end. False: the shadow's state is not to be used, nothing is told.
   bool end(const VehicleState& state, ErrorEstimate& estimate);
 
  private:
   const VehicleModel& model_;
-  SimConfig half_;
-  VehicleDynamics dynamics_;
-  TickStepper stepper_;
-  VehicleState shadow_;
-  std::vector<ContactMemory> before_;
+  ShadowRun halves_;
 };
 
 }  // namespace ellipsoid_vehicle_sim

@@ -443,15 +443,20 @@ double VehicleDynamics::freeTreadSpeed(const Motion& x, int ellipsoid) const {
                       : frozen_->treads[model_.ellipsoids[ellipsoid].tread].speed;
 }
 
-int VehicleDynamics::accept(VehicleState& state, double dt, std::vector<ContactMemory>& before, bool ends_tick) {
-  Motion& x = state.motion;
+// The new pose, with paths and drive as they are there; the old memory in `before`.
+void VehicleDynamics::standAtEnd(VehicleState& state, double dt, std::vector<ContactMemory>& before, bool ends_tick) {
   carryEnds(state, dt, ends_tick);
   before.resize(state.memory.size());
   before.swap(state.memory);
   frozen_ = &state;
-  memory_ = &before;
   prescribe(0.0);
-  pose(x);
+  pose(state.motion);
+}
+
+int VehicleDynamics::accept(VehicleState& state, double dt, std::vector<ContactMemory>& before, bool ends_tick) {
+  Motion& x = state.motion;
+  standAtEnd(state, dt, before, ends_tick);
+  memory_ = &before;
   move(x);
   findAll(false);
 
@@ -485,12 +490,7 @@ int VehicleDynamics::accept(VehicleState& state, double dt, std::vector<ContactM
 
 void VehicleDynamics::acceptFlight(VehicleState& state, double dt, std::vector<ContactMemory>& before, bool ends_tick) {
   Motion& x = state.motion;
-  carryEnds(state, dt, ends_tick);
-  before.resize(state.memory.size());
-  before.swap(state.memory);
-  frozen_ = &state;
-  prescribe(0.0);
-  pose(x);
+  standAtEnd(state, dt, before, ends_tick);
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     contacts_[i].count = 0;
     rememberContacts(posed_[i], contacts_[i], before[i], options_, dt, state.memory[i]);

@@ -139,6 +139,7 @@ class VehicleDynamics {
   void pose(const Motion& x);
   void move(const Motion& x);
   void carryEnds(VehicleState& state, double dt, bool ends_tick) const;
+  void standAtEnd(VehicleState& state, double dt, std::vector<ContactMemory>& before, bool ends_tick);
   // Velocity of a point of a body that carries ellipsoids, in W; p_OX from the base's origin, in W.
   Vec3 pointVelocity(const Motion& x, int body, const Vec3& p_OX) const {
     const Spatial& v = moving_W_[body];
