@@ -25,6 +25,8 @@ constexpr double kTurnReach = 1.12;
 // What a cheap plane test may be off by before a triangle is left out on its word [m]; the exact test decides on the
 // rest.
 constexpr double kPruneSlack = 1e-9;
+// Depth that arithmetic alone may leave after a push that clears [m], and in parts of the distance from the origin.
+constexpr double kLeftByRounding = 1e-12, kRelativeRounding = 1e-15;
 
 TriangleContact meet(const PosedEllipsoid& ellipsoid, const Triangle& triangle, ContactRule rule, double floor_depth) {
   if (rule == ContactRule::kMinimumTranslation) return minimumTranslation(ellipsoid, triangle, floor_depth);
@@ -348,16 +350,18 @@ class Evaluation {
     }
   }
 
-  // The deepest contact of the pushed ellipsoid with a triangle that the ellipsoid touches where it stands.
+  // The deepest contact of the pushed ellipsoid with a triangle that the ellipsoid touches where it stands. What rounding leaves
+  // of a triangle that the push clears, such as the other one at an edge, is none.
   Found deepestLeft(const PosedEllipsoid& pushed, const Eigen::Vector3d& push) const {
     const bool bounded = options_.rule == ContactRule::kMinimumTranslation;
+    const double rounding = kLeftByRounding + kRelativeRounding * ellipsoid_.p_WE.cwiseAbs().maxCoeff();
     Found best;
     for (int i = 0; i < static_cast<int>(near_.size()); ++i) {
       if (near_[i].done || near_[i].cleared) continue;
       const Triangle& triangle = candidates_[near_[i].candidate].triangle;
       const double needed = bounded ? best.contact.depth : 0.0;
       if (!near_[i].isDeeperThan(needed + push.dot(triangle.nhat_W) - kPruneSlack)) continue;
-      const TriangleContact left = meet(pushed, triangle, options_.rule, best.contact.depth);
+      const TriangleContact left = meet(pushed, triangle, options_.rule, std::max(best.contact.depth, rounding));
       if (!left) continue;
       const TriangleContact at_pose = meet(ellipsoid_, triangle, options_.rule, 0.0);
       if (!at_pose) continue;

@@ -79,6 +79,12 @@ diagnostic_msgs::DiagnosticStatus diagnosticStatus(const Simulator& simulator, c
   values.add("penetration [mm]", 1e3 * simulator.largestPenetration());
   values.add("largest penetration [mm]", 1e3 * statistics.largestPenetration());
   values.add("energy [J]", simulator.energy());
+  if (config.energy_balance) {
+    const EnergyBalance balance = simulator.energyBalance();
+    values.add("energy lost [J]", balance.lost);
+    values.add("energy supplied [J]", balance.supplied);
+    values.add("energy unaccounted [J]", balance.error());
+  }
   // Infinite before the first command; a number that plots is wanted here.
   const double age = simulator.commandAge();
   values.add("command age [s]", std::isfinite(age) ? age : -1.0);

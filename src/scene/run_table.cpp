@@ -59,8 +59,9 @@ Loaded<RunTable> RunTable::create(const std::string& path, const Simulator& simu
   std::string header = "step,time,x,y,z,qx,qy,qz,qw,vx,vy,vz,wx,wy,wz,";
   for (const WheelUnit& wheel : simulator.model().drive.wheels) header += "wheel_speed:" + columnName(wheel.name) + ",";
   header +=
-      "command,command_speed,command_yaw_rate,command_steering_angle,penetration,contacts,normal_force,energy,events,"
-      "step_time\n";
+      "command,command_speed,command_yaw_rate,command_steering_angle,penetration,contacts,normal_force,energy,";
+  if (simulator.config().energy_balance) header += "energy_lost,energy_supplied,energy_unaccounted,";
+  header += "events,step_time\n";
   table.out_ << header;
   if (!table.out_) {
     result.problems.push_back({path, "cannot be written"});
@@ -99,6 +100,12 @@ void RunTable::add(const Simulator& simulator, double step_time) {
   put(line_, static_cast<std::int64_t>(contacts_.size()));
   put(line_, normal_force);
   put(line_, simulator.energy());
+  if (simulator.config().energy_balance) {
+    const EnergyBalance balance = simulator.energyBalance();
+    put(line_, balance.lost);
+    put(line_, balance.supplied);
+    put(line_, balance.error());
+  }
 
   const StepEvents& now = simulator.events();
   std::string events;

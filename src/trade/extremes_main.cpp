@@ -125,7 +125,7 @@ std::string lineOf(const Cell& c) {
     if (letter == '"' || letter == '\n') letter = ' ';
   std::ostringstream line;
   line << c.axis->name << ',' << c.axis->unit << ',' << c.cell.value << ',' << toString(c.cell.integrator) << ',' << c.cell.dt
-       << ',' << toString(c.result.outcome) << ',' << c.result.gain << ',' << c.result.predicted << ",\"" << cause << "\"\n";
+       << ',' << toString(c.result.outcome) << ',' << c.result.gain << ',' << c.result.bound << ',' << c.result.unaccounted << ',' << c.result.predicted << ",\"" << cause << "\"\n";
   return line.str();
 }
 
@@ -161,7 +161,7 @@ int run(int argc, char** argv) {
   for (int j = 0; j < a.jobs; ++j) threads.emplace_back(work);
   for (std::thread& thread : threads) thread.join();
   bar.finish();
-  table << "axis,unit,value,integrator,dt,outcome,gain,predicted_margin,cause\n";
+  table << "axis,unit,value,integrator,dt,outcome,gain,bound,unaccounted,predicted_margin,cause\n";
   std::size_t gained = 0;
   for (const Cell& c : cells) {
     table << lineOf(c);

@@ -50,6 +50,7 @@ void clear(MotionRate& k) {
   k.w.setZero();
   k.a.setZero();
   k.alpha.setZero();
+  k.power = Work{};
   std::fill(k.q.begin(), k.q.end(), 0.0);
   std::fill(k.qd.begin(), k.qd.end(), 0.0);
   std::fill(k.stretch.begin(), k.stretch.end(), 0.0);
@@ -124,6 +125,7 @@ bool TickStepper::implicitStep(const VehicleState& state, double h) {
     dynamics_.advancePositions(trial_, h, k_[1]);
     if (!solved) return false;
     dynamics_.rate(trial_, 1.0, k_[1]);
+    trial_.work = state.motion.work + h * k_[1].power;
     if (implicitResidual(state, h) <= kResidual) return true;
     if (iteration == kMostIterations) return false;
   }

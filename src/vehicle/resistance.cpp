@@ -31,7 +31,9 @@ void VehicleDynamics::applyRollingResistance(const Motion& x) {
     const double force = config_.rolling_resistance * normal;
     if (wheel.joint >= 0) {
       const double moment = force * wheel.radius * share(x.qd[wheel.joint] * wheel.radius);
-      tree_.addMoment(body, -moment * tree_.kinematics(body).axis.angular);
+      const BodyKinematics& k = tree_.kinematics(body);
+      tree_.addMoment(body, -moment * k.axis.angular);
+      resisted_.lost += moment * dot(k.axis.angular, k.velocity.angular);
       continue;
     }
     const Vec3 along = cross(axleOf(wheel.tread, body), Vec3::from(deepest->contact.nhat_W));
@@ -42,14 +44,18 @@ void VehicleDynamics::applyRollingResistance(const Motion& x) {
     const bool turning = frozen_->treads[wheel.tread].mode == TreadState::Mode::kTurning;
     // Forward along `direction` means turning about the axle in the positive sense.
     const double speed = turning ? treadSpeed(wheel.tread) * wheel.radius : dot(direction, pointVelocity(x, body, p_OE));
-    tree_.addForce(body, toFrame(R_WB_, p_OE), toFrame(R_WB_, -force * share(speed) * direction));
+    const Vec3 f_W = -force * share(speed) * direction;
+    tree_.addForce(body, toFrame(R_WB_, p_OE), toFrame(R_WB_, f_W));
+    resisted_.lost -= dot(f_W, pointVelocity(x, body, p_OE));
   }
 }
 
 // rho / 2 c_d A v^2 against the motion, at the centre of mass of the base; the air stands still.
 void VehicleDynamics::applyDrag(const Motion& x) {
   const Vec3 v = Vec3::from(x.v_WB);
-  tree_.addForce(0, Vec3{0.0, 0.0, 0.0}, toFrame(R_WB_, -0.5 * config_.air_density * config_.drag_area * norm(v) * v));
+  const double resistance = 0.5 * config_.air_density * config_.drag_area * norm(v);
+  tree_.addForce(0, Vec3{0.0, 0.0, 0.0}, toFrame(R_WB_, -resistance * v));
+  resisted_.lost += resistance * squaredNorm(v);
 }
 
 }  // namespace ellipsoid_vehicle_sim

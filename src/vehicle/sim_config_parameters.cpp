@@ -75,6 +75,9 @@ ParameterTable<SimConfig> simConfigParameters() {
       flagParameter("rest_detection", &C::rest_detection,
                     "Leave a braked vehicle where it is once it stands still to 5e-10 m/s; within 6e-9 m of what it would "
                     "do."),
+      flagParameter("energy_balance", &C::energy_balance,
+                    "Keep account of the work that motors supply and that friction, dampers and brakes take, so that energy can be "
+                    "checked in every motion (diagnostics, records). Does not change the run."),
       accuracyParameter(),
       flagParameter("allow_unstable", &C::allow_unstable,
                     "Run although the step cannot hold; only to show what happens then."),

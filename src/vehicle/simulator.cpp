@@ -38,6 +38,7 @@ Loaded<Simulator> Simulator::create(const VehicleDescription& vehicle, std::shar
   impl->load_report = impl->model.report;
   impl->allocate();
   impl->certifyVehicle();
+  impl->tellTouchDown();
   result.problems = impl->checkStep();
   if (!result.problems.empty()) return result;
   result.value = Simulator(std::move(impl));
@@ -157,6 +158,7 @@ void Simulator::restore(const Snapshot& snapshot) {
   impl_->status = StepStatus::kOk;
   impl_->estimate = ErrorEstimate{};
   setFrictionScale(snapshot.friction_scale);
+  impl_->beginAccount();
 }
 
 StepStatus Simulator::step() { return impl_->step(); }
@@ -259,6 +261,12 @@ double Simulator::largestPenetration() const {
 double Simulator::energy() const {
   impl_->observe();
   return impl_->observer->kineticEnergy(impl_->state.motion) + impl_->observer->potentialEnergy(impl_->state.motion);
+}
+
+EnergyBalance Simulator::energyBalance() const {
+  if (!impl_->config.energy_balance) return {};
+  const Work& work = impl_->state.motion.work;
+  return {energy(), impl_->energy_at_start, work.lost, work.supplied};
 }
 
 Vector3d Simulator::momentum_W() const {

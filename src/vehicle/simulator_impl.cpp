@@ -3,11 +3,15 @@
 #include <cstdio>
 
 #include "ellipsoid_vehicle_sim/vehicle/drive.h"
+#include "ellipsoid_vehicle_sim/vehicle/touch_down.h"
 #include "rest.h"
 #include "set_down.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {
+
+// Energy that a touch-down may add before it is a warning [-].
+constexpr double kTouchDownWarned = 0.2;
 
 // A flat ground of the vehicle's own, to stand on while it is certified.
 Terrain flatGround(const SimConfig& config) {
@@ -74,6 +78,18 @@ void Simulator::Impl::certifyVehicle() {
                   static_cast<IntegratorKind>(i) == config.integrator ? ", in use" : "");
     load_report.emplace_back(line);
   }
+}
+
+// What the certificate does not see, for it is of what presses already; told, and no reason to refuse.
+void Simulator::Impl::tellTouchDown() {
+  const TouchDown worst = worstTouchDown(model, config.integrator, config.dt, config.contact_substeps);
+  if (worst.ellipsoid.empty()) return;
+  char line[320];
+  std::snprintf(line, sizeof line,
+                "%stouch-down: within a step of %.4g s %s may add up to %.2g %% to the energy that it comes with (contact of '%s')",
+                worst.gain > kTouchDownWarned ? "WARNING " : "", config.dt, toString(config.integrator), 100.0 * worst.gain,
+                worst.ellipsoid.c_str());
+  load_report.emplace_back(line);
 }
 
 Problems Simulator::Impl::checkStep() const {
@@ -169,6 +185,14 @@ void Simulator::Impl::restart() {
   estimate = ErrorEstimate{};
   resting = false;
   forgetOthers();
+  beginAccount();
+}
+
+void Simulator::Impl::beginAccount() {
+  if (!config.energy_balance) return;
+  state.motion.work = Work{};
+  observe();
+  energy_at_start = observer->kineticEnergy(state.motion) + observer->potentialEnergy(state.motion);
 }
 
 void Simulator::Impl::forgetOthers() {

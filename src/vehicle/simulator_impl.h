@@ -28,6 +28,7 @@ struct Simulator::Impl {
   StepStatus status = StepStatus::kOk;
   StepEvents events;
   double friction_scale = 1.0;
+  double energy_at_start = 0.0;  // with energy_balance only
   std::vector<std::string> joint_names;
   std::vector<EllipsoidPlacement> placements;
   std::vector<std::string> load_report;
@@ -43,6 +44,7 @@ struct Simulator::Impl {
 
   void allocate();
   void certifyVehicle();
+  void tellTouchDown();
   Problems checkStep() const;
 
   StepStatus step();
@@ -60,6 +62,7 @@ struct Simulator::Impl {
   void observe();
   void becomeHome(const VehicleState& placed);
   void restart();
+  void beginAccount();
   /// What was felt of other vehicles is of another place.
   void forgetOthers();
 };

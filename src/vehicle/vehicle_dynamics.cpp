@@ -20,6 +20,7 @@ VehicleDynamics::VehicleDynamics(const VehicleModel& model, const SimConfig& con
       options_{config.contact_rule, config.contacts_per_ellipsoid, config.contact_memory, config.candidate_cache && config.saves()},
       tree_(model.bodies, model.couplings),
       saves_(config.saves()),
+      counts_(config.energy_balance),
       gravity_W_{0.0, 0.0, -config.gravity},
       prescribed_(std::max(model.prescribed_joints.size(), model.bodies.size())),
       posed_(model.ellipsoids.size()),
@@ -221,11 +222,11 @@ SurfaceMotion VehicleDynamics::surfaceMotion(const Motion& x, ActiveContact& act
   return surface;
 }
 
-// The friction's stretch of a contact: that of the carried contact with the nearest normal, turned to this one's.
+// The friction's stretch of a contact: that of a carried contact with about its normal, turned to this one's.
 Vec3 VehicleDynamics::anchorOf(const Motion& x, const ActiveContact& active) const {
-  if (active.slot < 0) return {0.0, 0.0, 0.0};
-  const Vector3d& carried = (*memory_)[active.ellipsoid].carried[active.slot].nhat_W;
-  const Vector3d& z = x.anchor[active.ellipsoid][active.slot];
+  if (active.from < 0) return {0.0, 0.0, 0.0};
+  const Vector3d& carried = (*memory_)[active.ellipsoid].carried[active.from].nhat_W;
+  const Vector3d& z = x.anchor[active.ellipsoid][active.from];
   const Vec3 u = Vec3::from(active.contact.nhat_W);
   // At the start of a step the normal is the carried one, and turning changes nothing.
   const Vec3 turned = Vec3::from(carried == active.contact.nhat_W ? z : turnedWithNormal(z, carried, active.contact.nhat_W));
@@ -241,24 +242,27 @@ ContactForce VehicleDynamics::forceOf(const ActiveContact& active, const Surface
                       active.anchor_W);
 }
 
-namespace {
-
-// Slot of the memory whose normal is nearest to u (cosine above one half), among those not yet taken; -1 without.
-int matchingSlot(const ContactMemory& memory, const Vector3d& u, unsigned& taken) {
-  int best = -1;
-  double best_cosine = 0.5;
+// The slot with the nearest normal (cosine above one half) that is not taken yet. A contact that finds none, but stands beside
+// one of about its own normal, begins with that one's stretch: it is the same rubber that rolls over the crease, and as the one
+// takes over the other's share, the friction must not drop.
+void VehicleDynamics::findStretch(ActiveContact& active, const ContactMemory& memory, unsigned& taken) const {
+  constexpr double kSame = 0.5, kBeside = 0.9;
+  double best = kSame, beside = kBeside;
   for (int i = 0; i < memory.count; ++i) {
-    const double cosine = u.dot(memory.carried[i].nhat_W);
-    if ((taken >> i & 1u) == 0 && cosine > best_cosine) {
-      best = i;
-      best_cosine = cosine;
+    const double cosine = active.contact.nhat_W.dot(memory.carried[i].nhat_W);
+    if ((taken >> i & 1u) == 0 && cosine > best) {
+      active.slot = i;
+      best = cosine;
+    }
+    if (cosine > beside) {
+      active.from = i;
+      beside = cosine;
     }
   }
-  if (best >= 0) taken |= 1u << best;
-  return best;
+  if (active.slot < 0) return;
+  active.from = active.slot;
+  taken |= 1u << active.slot;
 }
-
-}  // namespace
 
 void VehicleDynamics::applyContacts(const Motion& x) {
   active_.clear();
@@ -268,7 +272,7 @@ void VehicleDynamics::applyContacts(const Motion& x) {
     for (int j = 0; j < contacts_[i].count; ++j) {
       active_.emplace_back(static_cast<int>(i), contacts_[i].contact[j]);
       ActiveContact& active = active_.back();
-      active.slot = matchingSlot((*memory_)[i], active.contact.nhat_W, taken);
+      findStretch(active, (*memory_)[i], taken);
       active.p_OC = active.contact.p_WE_lowest - x.X_WB.p;
       const SurfaceMotion surface = surfaceMotion(x, active);
       active.anchor_W = anchorOf(x, active).toEigen();
@@ -317,6 +321,7 @@ void VehicleDynamics::anchorRates(MotionRate& k) const {
 
 void VehicleDynamics::beginRate(const Motion& x, double fraction, MotionRate& k) {
   pushed_ = false;
+  resisted_ = Work{};
   prescribe(fraction);
   pose(x);
   move(x);
@@ -332,7 +337,9 @@ void VehicleDynamics::beginRate(const Motion& x, double fraction, MotionRate& k)
 void VehicleDynamics::addForce(const Motion& x, const ExternalForce& force) {
   pushed_ = true;
   const Vec3 p_OC = Vec3::from(force.p_W) - Vec3::from(x.X_WB.p);
-  tree_.addForce(model_.ellipsoids[force.ellipsoid].body, toFrame(R_WB_, p_OC), toFrame(R_WB_, Vec3::from(force.f_W)));
+  const int body = model_.ellipsoids[force.ellipsoid].body;
+  tree_.addForce(body, toFrame(R_WB_, p_OC), toFrame(R_WB_, Vec3::from(force.f_W)));
+  if (counts_) resisted_.supplied += dot(Vec3::from(force.f_W), pointVelocity(x, body, p_OC));
 }
 
 void VehicleDynamics::endRate(const Motion& x, MotionRate& k) {
@@ -341,6 +348,7 @@ void VehicleDynamics::endRate(const Motion& x, MotionRate& k) {
     k.w = x.w_WB;
     k.a = gravity_W_.toEigen();
     k.alpha = turning_->acceleration(R_WB_, Vec3::from(x.w_WB)).toEigen();
+    k.power = drained_ = Work{};
     return;
   }
   const Spatial base =
@@ -349,16 +357,22 @@ void VehicleDynamics::endRate(const Motion& x, MotionRate& k) {
   k.w = x.w_WB;
   k.a = fromFrame(R_WB_, base.linear).toEigen();
   k.alpha = fromFrame(R_WB_, base.angular).toEigen();
+  if (!counts_) return;
+  k.power = drained_ = drainedPower(x);
+  k.power.lost -= stretchPower(x, k);
 }
 
 void VehicleDynamics::positionRates(const Motion& x, MotionRate& k) {
   move(x);
+  // The forces that changed the speeds, at the mean of the old and the new ones, did just the work that the kinetic energy shows.
+  if (counts_) k.power = 0.5 * (drained_ + drainedPower(x));
   // Positions, and with them the stretches, are those of the last rate().
   for (ActiveContact& active : active_) active.force = forceOf(active, surfaceMotion(x, active));
   jointForces(x, k, true);
   anchorRates(k);
   k.v = x.v_WB;
   k.w = x.w_WB;
+  if (counts_) k.power.lost -= stretchPower(x, k);
 }
 
 void VehicleDynamics::advanceVelocities(Motion& x, double h, const MotionRate& k) const {
@@ -369,6 +383,7 @@ void VehicleDynamics::advanceVelocities(Motion& x, double h, const MotionRate& k
 
 void VehicleDynamics::advancePositions(Motion& x, double h, const MotionRate& k) const {
   advanceBasePositions(h, k, x);
+  x.work += h * k.power;
   for (std::size_t i = 0; i < x.q.size(); ++i) {
     x.q[i] += h * k.q[i];
     x.stretch[i] += h * k.stretch[i];
@@ -385,6 +400,7 @@ void VehicleDynamics::toTangent(double h, const MotionRate& previous, MotionRate
 void VehicleDynamics::combine(MotionRate (&k)[4]) const {
   const auto mix = [](auto& a, const auto& b, const auto& c, const auto& d) { a = rk4Mean(a, b, c, d); };
   combineBase(k);
+  mix(k[0].power, k[1].power, k[2].power, k[3].power);
   for (std::size_t i = 0; i < k[0].q.size(); ++i) {
     mix(k[0].q[i], k[1].q[i], k[2].q[i], k[3].q[i]);
     mix(k[0].qd[i], k[1].qd[i], k[2].qd[i], k[3].qd[i]);
@@ -414,10 +430,9 @@ Anchors VehicleDynamics::acceptContacts(const Motion& x, int ellipsoid, const Co
   Anchors anchors{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
   unsigned taken = 0;
   for (int j = 0; j < contacts.count; ++j) {
-    const int slot = matchingSlot(old, contacts.contact[j].nhat_W, taken);
-    if (slot < 0 || x.anchor[ellipsoid][slot].isZero(0.0)) continue;
     ActiveContact active(ellipsoid, contacts.contact[j]);
-    active.slot = slot;
+    findStretch(active, old, taken);
+    if (active.from < 0 || x.anchor[ellipsoid][active.from].isZero(0.0)) continue;
     active.p_OC = active.contact.p_WE_lowest - x.X_WB.p;
     // The slack of the new memory is the one the next step will feel.
     const double pressed = std::max(0.0, active.contact.depth - (options_.memory ? memory.slack : 0.0));
@@ -459,6 +474,11 @@ int VehicleDynamics::accept(VehicleState& state, double dt, std::vector<ContactM
   memory_ = &before;
   move(x);
   findAll(false);
+  double stored = 0.0;
+  if (counts_) {
+    applyContacts(x);
+    stored = potentialEnergy(x) + anchorsLetGo(x);
+  }
 
   int passed = 0;
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
@@ -484,6 +504,12 @@ int VehicleDynamics::accept(VehicleState& state, double dt, std::vector<ContactM
     const JointHold& hold = model_.dynamic_joints[j].hold;
     const double limit = hold.stiffness > 0.0 ? hold_limit_[j] / hold.stiffness : 0.0;
     x.stretch[j] = std::clamp(x.stretch[j], -limit, limit);
+  }
+  if (counts_) {
+    // Stretches cut to what the cone carries are work done on it. What is found the other way round is nobody's work.
+    findAll(true);
+    applyContacts(x);
+    x.work.lost += std::max(0.0, stored - potentialEnergy(x));
   }
   return passed;
 }
@@ -539,11 +565,11 @@ double VehicleDynamics::potentialEnergy(const Motion& x) const {
     energy += 0.5 * model_.ellipsoids[i].law.stiffness * assignShares(contacts).squaredNorm();
   }
   for (const ActiveContact& active : active_) {
-    if (active.slot < 0) continue;
+    if (active.from < 0) continue;
     const ContactLaw& law = lawOf(active.ellipsoid);
     if (law.mode == FrictionMode::kViscous) continue;
     energy += 0.5 * active.contact.share * law.tangential_stiffness *
-              x.anchor[active.ellipsoid][active.slot].squaredNorm();
+              x.anchor[active.ellipsoid][active.from].squaredNorm();
   }
   return energy;
 }

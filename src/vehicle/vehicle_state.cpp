@@ -50,6 +50,7 @@ bool Motion::allFinite() const {
 
 void retract(const Motion& x, double h, const MotionRate& rate, Motion& result) {
   retractBase(x, h, rate, result);
+  result.work = x.work + h * rate.power;
   for (std::size_t i = 0; i < x.q.size(); ++i) {
     result.q[i] = x.q[i] + h * rate.q[i];
     result.qd[i] = x.qd[i] + h * rate.qd[i];
@@ -68,6 +69,7 @@ void weightedSum(const double* weights, const MotionRate* k, int n, MotionRate& 
     const MotionRate& r = k[s];
     const auto add = [w, first](auto& total, const auto& value) { addWeighted(w, value, first, total); };
     addBase(w, r, first, sum);
+    addWeighted(w, r.power, first, sum.power);
     for (std::size_t i = 0; i < joints; ++i) {
       add(sum.q[i], r.q[i]);
       add(sum.qd[i], r.qd[i]);

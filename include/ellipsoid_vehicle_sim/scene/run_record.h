@@ -29,6 +29,8 @@ namespace ellipsoid_vehicle_sim {
 ///     contacts           how many push
 ///     normal_force       their normal forces added up [N]
 ///     energy             kinetic, gravity and springs [J]
+///     energy_lost, energy_supplied, energy_unaccounted
+///                        EnergyBalance: lost, supplied, error() [J]; only with energy_balance
 ///     events             what happened since the line before, NAME or NAME=COUNT, separated by blanks: passed_through,
 ///                        effort_exceeded, command_timeouts, rejected_commands, diverged
 ///     step_time          wall time of this step [s]; the only column that differs between two runs of the same

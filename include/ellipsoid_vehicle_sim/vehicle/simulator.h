@@ -93,6 +93,18 @@ struct ErrorEstimate {
   Eigen::Vector3d angular_velocity_W = Eigen::Vector3d::Zero();  ///< [rad/s].
 };
 
+/// Where the energy has gone since the last setDown, place, reset or restore [J]; SimConfig::energy_balance keeps it.
+struct EnergyBalance {
+  double energy = 0.0;    ///< energy() now.
+  double start = 0.0;     ///< energy() when the account began.
+  double lost = 0.0;      ///< to friction, dampers, brakes and resistance.
+  double supplied = 0.0;  ///< by motors, prescribed joints, and other vehicles of a fleet.
+
+  /// What came from nowhere, or, negative, went there: the integrator's doing, and that of depth which the contact memory gives
+  /// back (contact_memory).
+  double error() const { return energy + lost - supplied - start; }
+};
+
 struct Snapshot;  // snapshot.h
 
 /// Vehicle, world and clock: the only thing the ROS layer drives. No ROS in here, no wall clock, no randomness: the same
@@ -160,6 +172,8 @@ class Simulator {
   const std::vector<EllipsoidPlacement>& ellipsoids() const;
   double largestPenetration() const;  ///< deepest geometric contact right now [m].
   double energy() const;              ///< kinetic + gravity + springs of joints, terrain contacts and friction [J].
+  /// The account of it; all zero without SimConfig::energy_balance.
+  EnergyBalance energyBalance() const;
   Eigen::Vector3d momentum_W() const;         ///< [N s].
   Eigen::Vector3d angularMomentum_W() const;  ///< about W's origin [N m s].
   double encoderSpeed() const;        ///< forward speed as the wheels' encoders tell it [m/s].

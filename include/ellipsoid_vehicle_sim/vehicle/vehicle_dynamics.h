@@ -17,7 +17,8 @@ struct ActiveContact {
   ActiveContact(int ellipsoid_in, const Contact& contact_in) : ellipsoid(ellipsoid_in), contact(contact_in) {}
 
   int ellipsoid;
-  int slot = -1;  ///< of the memory that its anchor belongs to, -1 for a contact first met in this step.
+  int slot = -1;  ///< of the memory whose anchor it carries on, -1 for a contact first met in this step.
+  int from = -1;  ///< of the memory that its stretch comes from: `slot`, or one of about the same normal that it stands beside.
   Contact contact;
   ContactForce force;
   Eigen::Vector3d p_OC;       ///< where the force acts, from the base's origin [m].
@@ -147,10 +148,15 @@ class VehicleDynamics {
   }
   void findAll(bool at_remembered_pose);
   void applyContacts(const Motion& x);
+  void findStretch(ActiveContact& active, const ContactMemory& memory, unsigned& taken) const;
   Anchors acceptContacts(const Motion& x, int ellipsoid, const ContactMemory& old, ContactMemory& memory, double dt);
   double freeTreadSpeed(const Motion& x, int ellipsoid) const;
   void jointForces(const Motion& x, MotionRate& k, bool rates_only);
   void anchorRates(MotionRate& k) const;
+  // energy_account.cpp
+  Work drainedPower(const Motion& x);
+  double stretchPower(const Motion& x, const MotionRate& k) const;
+  double anchorsLetGo(const Motion& x) const;
   Vec3 anchorOf(const Motion& x, const ActiveContact& active) const;
   ContactForce forceOf(const ActiveContact& active, const SurfaceMotion& surface) const;
   const FrictionCoefficients& frictionOf(int ellipsoid, int triangle) const {
@@ -170,6 +176,9 @@ class VehicleDynamics {
   ArticulatedBody tree_;
   std::optional<FreeTurning> turning_;  ///< one rigid body that nothing need push.
   bool saves_;  ///< exact_savings.
+  bool counts_; ///< energy_balance.
+  Work resisted_;  ///< by rolling resistance, drag and forces from outside, in the present evaluation [W].
+  Work drained_;   ///< drainedPower() of the last rate().
   std::vector<FrictionCoefficients> friction_;   ///< per surface; a row for each coefficient that ellipsoids have of their own.
   std::vector<std::size_t> friction_row_;        ///< per ellipsoid: where its row begins.
   std::vector<ContactLaw> laws_;                 ///< per ellipsoid.

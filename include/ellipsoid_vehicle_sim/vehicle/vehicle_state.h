@@ -15,6 +15,21 @@ namespace ellipsoid_vehicle_sim {
 /// Friction stretches of one ellipsoid's carried contacts [m], in W.
 using Anchors = std::array<Eigen::Vector3d, kMaxContactsPerEllipsoid>;
 
+/// Work since the account began [J], or as a rate the power [W]. Kept only with SimConfig::energy_balance.
+struct Work {
+  double lost = 0.0;      ///< to friction, dampers, brakes, resistance: never to come back.
+  double supplied = 0.0;  ///< by motors, prescribed joints and forces from outside.
+
+  Work& operator+=(const Work& o) {
+    lost += o.lost;
+    supplied += o.supplied;
+    return *this;
+  }
+};
+inline Work operator+(Work a, const Work& b) { return a += b; }
+inline Work operator*(double s, const Work& a) { return {s * a.lost, s * a.supplied}; }
+inline Work operator/(const Work& a, double s) { return {a.lost / s, a.supplied / s}; }
+
 /// What integrates. The base's frame B stands in the base's centre of mass, with the root link's axes.
 struct Motion {
   Pose X_WB;
@@ -23,6 +38,7 @@ struct Motion {
   std::vector<double> q, qd;                       ///< dynamic joints [rad, m].
   std::vector<double> stretch;                     ///< of the joints' holds (brakes, dry friction) [rad, m].
   std::vector<Anchors> anchor;                     ///< per ellipsoid.
+  Work work;                                       ///< moves nothing: no part of what is hashed, saved or compared.
 
   bool allFinite() const;
 };
@@ -33,6 +49,7 @@ struct MotionRate {
   Eigen::Vector3d a = Eigen::Vector3d::Zero(), alpha = Eigen::Vector3d::Zero();
   std::vector<double> q, qd, stretch;
   std::vector<Anchors> anchor;
+  Work power;
 };
 
 /// Path of a prescribed joint within a tick: constant acceleration.
