@@ -27,6 +27,7 @@ MOST_GROWTH = 1.0  # [MiB]
 WARM_UP = 0.1  # of the time,
 SHORTEST_WARM_UP = 6.0  # but at least so long [s of wall time]
 SHORTEST_RUN = 20.0  # [s of wall time]: to see what becomes of the memory
+SAMPLE = 0.1  # of the memory [s]: between two floods it is small for a moment only
 QUIET = 5.0  # nobody listens any more, so that memory is seen without what waits for somebody [s]
 CALLER = "/soak"
 PARAMETERS = {"vehicle_file": "car", "world": "course", "real_time_factor": 0.0, "noise_seed": 1, "imu_acceleration_noise": 0.1,
@@ -91,7 +92,7 @@ class Master:
 
 
 class Node:
-    """The simulator's node; its memory is sampled once a second."""
+    """The simulator's node; its memory is sampled all the time."""
     all = []
 
     def __init__(self, folder):
@@ -113,7 +114,7 @@ class Node:
                 return
             if pages:
                 self.curve.append((time.monotonic() - start, pages * os.sysconf("SC_PAGE_SIZE") / 2.0 ** 20))
-            time.sleep(1.0)
+            time.sleep(SAMPLE)
 
     def interrupt(self):
         """SIGINT; how long the end took, and how long without what the machine did not give it [s]; the exit code."""
@@ -216,7 +217,7 @@ class Soak:
         self.curve = curve
         end_of_warm_up = max(SHORTEST_WARM_UP, WARM_UP * curve[-1][0]) if curve else 0.0
         warm = sum(1 for at, _ in curve if at < end_of_warm_up)
-        if len(curve) - warm < 10:
+        if len(curve) - warm < 10.0 / SAMPLE:
             return self.fault("the run was too short to say anything about memory")
         # What waits in queues for a subscriber that is slow at the moment comes and goes: the least of a half of the time is
         # what the node holds for good.

@@ -9,9 +9,10 @@
 #include <ros/this_node.h>
 #include <ros/topic_manager.h>
 #include <ros/xmlrpc_manager.h>
-#include <xmlrpcpp/XmlRpcClient.h>
 
 #include <chrono>
+
+#include "ellipsoid_vehicle_sim/ros/master_call.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {
@@ -19,32 +20,7 @@ namespace {
 using XmlRpc::XmlRpcValue;
 
 constexpr std::chrono::seconds kBetweenLooks(2);  // of wall time
-constexpr std::chrono::seconds kPatience(2);      // with a master that does not answer
-
-XmlRpcValue listOf(const std::vector<XmlRpcValue>& items) {
-  XmlRpcValue list;
-  list.setSize(static_cast<int>(items.size()));
-  for (int i = 0; i < list.size(); ++i) list[i] = items[static_cast<std::size_t>(i)];
-  return list;
-}
-
-/// Calls a server; what it answered is [code, message, value] in ROS's interfaces. Gives up after a while, or at once
-/// when `end` is set: a master that stands still answers nobody, and must not keep us from ending.
-bool call(const std::string& host, std::uint32_t port, const char* method, const XmlRpcValue& arguments,
-          const std::atomic<bool>& end, XmlRpcValue& answer) {
-  XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
-  const auto latest = std::chrono::steady_clock::now() + kPatience;
-  bool open = client.executeNonBlock(method, arguments), done = false;
-  while (open && !done) {
-    client._disp.work(0.02);
-    done = client.executeCheckDone(answer);
-    // Without a connection left it will never be done.
-    open = client.getfd() != -1 && !end && std::chrono::steady_clock::now() < latest;
-  }
-  const bool answered = done && !client.isFault();
-  client.close();
-  return answered && answer.getType() == XmlRpcValue::TypeArray && answer.size() == 3;
-}
+constexpr std::chrono::seconds kPatience(2);      // with a master that does not answer, which must not keep us from ending
 
 }  // namespace
 
@@ -77,7 +53,8 @@ void MasterWatch::watch() {
 bool MasterWatch::ask(const char* method, const std::vector<XmlRpcValue>& arguments, XmlRpcValue& answer) const {
   std::vector<XmlRpcValue> all = {XmlRpcValue(ros::this_node::getName())};
   all.insert(all.end(), arguments.begin(), arguments.end());
-  return call(ros::master::getHost(), ros::master::getPort(), method, listOf(all), end_, answer);
+  return callServer(ros::master::getHost(), ros::master::getPort(), method, listOf(all), kPatience, end_, answer) ==
+         Answer::kCame;
 }
 
 void MasterWatch::look() {
@@ -137,8 +114,8 @@ void MasterWatch::registerAgain() {
     }
     // Who publishes it by now is what the master would have told us had it known us.
     const XmlRpcValue publishers = answer[2];
-    call(host, port, "publisherUpdate",
-         listOf({XmlRpcValue(ros::this_node::getName()), XmlRpcValue(topic), publishers}), end_, answer);
+    callServer(host, port, "publisherUpdate",
+               listOf({XmlRpcValue(ros::this_node::getName()), XmlRpcValue(topic), publishers}), kPatience, end_, answer);
   }
   unfinished_ = !whole;
   if (whole)

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "ellipsoid_vehicle_sim/ros/conversions.h"
+#include "ellipsoid_vehicle_sim/ros/interrupt.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {
@@ -23,13 +24,13 @@ SimClock::SimClock(ros::NodeHandle& nh, const NodeOptions& options, double dt)
 
 bool SimClock::start(std::int64_t step) {
   if (mode_ == ClockMode::kFollow) {
-    while (ros::ok() && ros::Time::now().isZero()) {
+    while (ros::ok() && !interrupted() && ros::Time::now().isZero()) {
       if (standing_.due()) ROS_WARN("waiting for somebody to publish /clock");
       ros::WallDuration(0.02).sleep();
     }
   }
   skip(step);
-  return ros::ok();
+  return ros::ok() && !interrupted();
 }
 
 ros::Time SimClock::stamp(std::int64_t step) const {

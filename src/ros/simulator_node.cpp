@@ -13,6 +13,7 @@
 #include <fstream>
 
 #include "ellipsoid_vehicle_sim/ros/diagnostics.h"
+#include "ellipsoid_vehicle_sim/ros/interrupt.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {
@@ -102,7 +103,7 @@ int SimulatorNode::run() {
   if (!clock_.start(fleet_.stepCount())) return 0;
   wall_start_ = last_status_ = WallPacer::Clock::now();
   for (const auto& vehicle : vehicles_) vehicle->addPosition();
-  while (ros::ok() && !finished()) runOnce();
+  while (ros::ok() && !interrupted() && !finished()) runOnce();
   return finish();
 }
 
@@ -220,7 +221,7 @@ void SimulatorNode::awaitCommand() {
   waiting_ = true;
   release_wait_ = false;
   const auto start = last_answer_ = WallPacer::Clock::now();
-  while (ros::ok() && !allCommandsAreThere() && !release_wait_) {
+  while (ros::ok() && !interrupted() && !allCommandsAreThere() && !release_wait_) {
     serveCallbacks(kLongestSleep);
     if (paused_) last_answer_ = WallPacer::Clock::now();
     const double waited = secondsSince(last_answer_);

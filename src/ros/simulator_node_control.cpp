@@ -9,6 +9,8 @@
 #include <cstdio>
 
 #include "ellipsoid_vehicle_sim/description/parameter_file.h"
+#include "ellipsoid_vehicle_sim/ros/interrupt.h"
+#include "ellipsoid_vehicle_sim/ros/master_call.h"
 #include "ellipsoid_vehicle_sim/ros/simulator_node.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -16,6 +18,13 @@ namespace {
 
 constexpr std::uint64_t kStateVersion = 1;  // of what is saved beside the simulator's own state
 constexpr std::int64_t kMostTicks = 1000000000000000;  // thirty thousand years of milliseconds
+
+// Topics come and go by the master's leave, and roscpp waits for that for ever: the simulation would stand still meanwhile.
+constexpr std::chrono::milliseconds kPatience(500);
+
+Outcome noMaster() {
+  return {false, "the ROS master does not answer: topics can neither be offered nor taken back"};
+}
 
 std::string atTime(double time) {
   char text[40];
@@ -76,7 +85,7 @@ Outcome SimulatorNode::advanceBy(std::int64_t ticks) {
   if (!running()) return {false, "the simulation has diverged and is frozen: ~reset starts again"};
   for (const auto& vehicle : vehicles_) vehicle->commands().takeAll();
   const std::int64_t last = fleet_.stepCount() + ticks;
-  while (fleet_.stepCount() < last && running() && ros::ok()) {
+  while (fleet_.stepCount() < last && running() && ros::ok() && !interrupted()) {
     advance(std::min(last - fleet_.stepCount(), ticksToNextEvent()));
     if (running()) publishDue();
   }
@@ -154,6 +163,7 @@ Outcome SimulatorNode::spawn(const SpawnOrder& wanted) {
   if (const std::string refusal = nameRefusal(wanted.name, taken); !refusal.empty())
     return {false, "name: '" + wanted.name + "' " + refusal};
   if (!std::isfinite(wanted.x + wanted.y + wanted.yaw)) return {false, "x, y and yaw must be finite"};
+  if (askMaster(kPatience) != Answer::kCame) return noMaster();
 
   Problems problems;
   std::vector<std::string> notes;
@@ -204,6 +214,7 @@ Outcome SimulatorNode::remove(const std::string& name) {
       if (!vehicle->name().empty()) known += (known.empty() ? "" : ", ") + vehicle->name();
     return {false, "there is no vehicle '" + name + "'; there are: " + (known.empty() ? "none with a name" : known)};
   }
+  if (askMaster(kPatience) != Answer::kCame) return noMaster();
   // Its last word, deleting its markers, goes out yet.
   for (const ros::Publisher& publisher : (*found)->leave())
     leaving_.emplace_back(ros::WallTime::now() + ros::WallDuration(1.0), publisher);

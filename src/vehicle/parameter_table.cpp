@@ -172,6 +172,9 @@ std::string closestWord(const std::string& word, const std::vector<std::string>&
   // A third of the letters wrong is still a slip of the hand, more is another word.
   std::size_t best_distance = std::max<std::size_t>(1, word.size() / 3) + 1;
   for (const std::string& candidate : known) {
+    // Each letter that one has more than the other is an edit; a word of a megabyte is not compared letter by letter.
+    const std::size_t more = std::max(word.size(), candidate.size()) - std::min(word.size(), candidate.size());
+    if (more >= best_distance) continue;
     const std::size_t distance = editDistance(word, candidate);
     if (distance < best_distance) {
       best_distance = distance;

@@ -84,7 +84,10 @@ void fuzzCommands(const std::string& input) {
   const auto* begin = reinterpret_cast<const std::uint8_t*>(input.data());
   ByteReader in(begin, begin + input.size());
   Simulator& car = standingCar();
-  car.reset();
+  static const Snapshot standing = car.save();
+  car.restore(standing);
+  // To settle takes a thousand times as long as a command: one input in sixteen may, once.
+  bool settles = std::hash<std::string>()(input) % 16 == 0;
   for (int ticks = 0; ticks < 30 && in.ok() && !in.atEnd(); ++ticks) {
     const std::uint8_t kind = in.byte();
     if (kind % 4 == 0) {
@@ -119,12 +122,13 @@ void fuzzCommands(const std::string& input) {
       checkProblems(problems);
     } else {
       const double x = in.number(), y = in.number(), yaw = in.number();
-      checkProblems(car.setDown(x, y, yaw));
+      if (settles) checkProblems(car.setDown(x, y, yaw));
+      settles = false;
     }
     car.step();
     checkFinite(car);
   }
-  // The next input starts where this one did, whatever became of the car.
+  if (std::hash<std::string>()(input) % 16 != 0) return;
   if (car.status() != StepStatus::kOk) car.reset();
   promise(car.setDown(0.0, 0.0, 0.3).empty(), "the car can be set down again");
 }

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 import math
 import os
+import signal
 import sys
 import tempfile
 import threading
@@ -9,7 +10,7 @@ import unittest
 
 import rospy
 import rostest
-from ellipsoid_vehicle_sim.srv import Step
+from ellipsoid_vehicle_sim.srv import Spawn, Step
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
@@ -101,6 +102,32 @@ class BadLuck(unittest.TestCase):
             code, seconds = node.interrupt()
             self.assertEqual(code, 0, node.output)
             self.assertLess(seconds, 1.0)
+
+    def test_a_master_that_stands_still_stops_neither_the_run_nor_its_end(self):
+        node, namespace = self.start()
+        self.ready(node, namespace)
+        odom = Collector(namespace + "odom", Odometry)
+        commands = publisher_of(namespace + "cmd_vel", Twist)
+        spawn = rospy.ServiceProxy(namespace + "simulator/spawn", Spawn, persistent=True)
+        self.assertIn("must be finite", spawn(name="other", vehicle="skid_steer", x=math.nan).message)
+        wait_until(lambda: odom.messages, "odom")
+        master = rospy.get_master().getPid()[2]
+        os.kill(master, signal.SIGSTOP)
+        try:
+            commands.publish(twist(math.nan))
+            wait_until(lambda: "a command was dropped" in node.output, "a line of the log")
+            refused = spawn(name="other", vehicle="skid_steer")
+            self.assertFalse(refused.success)
+            self.assertIn("the ROS master does not answer", refused.message)
+            odom.clear()
+            wait_until(lambda: len(odom.messages) > 10, "the run to go on")
+            code, seconds = node.interrupt()
+        finally:
+            os.kill(master, signal.SIGCONT)
+        self.assertEqual(code, -signal.SIGINT, node.output)
+        self.assertLess(seconds, 1.0)
+        self.assertIn("result: ok", node.output)
+        self.assertIn("the ROS master does not answer", node.output)
 
     @staticmethod
     def step_for_hours(sim):
