@@ -1,6 +1,8 @@
 #include "ellipsoid_vehicle_sim/contact/candidate_filter.h"
 
+#include <cmath>
 #include <cstring>
+#include <limits>
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
@@ -14,6 +16,8 @@ constexpr double kDepthMargin = 1e-11, kLengthMargin = 1e-14;
 constexpr double kOutsideMargin = 1e-9;
 // Relative tolerance of the horizon test, above what a corner a kilometre away costs the height [-].
 constexpr double kHorizonMargin = 1e-9;
+// q.n of the direction that clears a triangle, above the rounding of m.n = 0 [-].
+constexpr double kForwardMargin = 1e-9;
 // A corner this far above a plane counts as above [m]: far below any contact's sag.
 constexpr double kAbove = 1e-9;
 
@@ -47,17 +51,18 @@ namespace avx512 {
 #endif
 
 struct Kernels {
+  void (*fill)(CandidateBlock&, int);
   void (*planes)(const CandidateBlock&, const FilterEllipsoid&, double, PlaneTest&);
-  std::uint32_t (*pushes)(const CandidateBlock&, std::uint32_t, const FilterEllipsoid&, const KnownPush&);
-  std::uint32_t (*rises)(const CandidateBlock&, std::uint32_t, const FilterEllipsoid&, const KnownPush&);
+  void (*pushes)(const CandidateBlock&, std::uint32_t, const FilterEllipsoid&, const KnownPush&, double, PushTest&);
+  std::uint32_t (*overs)(const CandidateBlock&, const Vec3&);
 };
 
 Kernels kernelsFor(FilterLanes lanes) {
 #if defined(__x86_64__)
-  if (lanes == FilterLanes::kEight) return {avx512::planes, avx512::pushes, avx512::rises};
-  if (lanes == FilterLanes::kFour) return {avx2::planes, avx2::pushes, avx2::rises};
+  if (lanes == FilterLanes::kEight) return {avx512::fill, avx512::planes, avx512::pushes, avx512::overs};
+  if (lanes == FilterLanes::kFour) return {avx2::fill, avx2::planes, avx2::pushes, avx2::overs};
 #endif
-  return {plain::planes, plain::pushes, plain::rises};
+  return {plain::fill, plain::planes, plain::pushes, plain::overs};
 }
 
 const Kernels kBest = kernelsFor(widestFilterLanes());
@@ -74,6 +79,9 @@ FilterLanes widestFilterLanes() {
   return FilterLanes::kTwo;
 }
 
+void fillBlock(CandidateBlock& block, int used) { kBest.fill(block, used); }
+void fillBlock(FilterLanes lanes, CandidateBlock& block, int used) { kernelsFor(lanes).fill(block, used); }
+
 void testPlanes(const CandidateBlock& block, const FilterEllipsoid& ellipsoid, double slack, PlaneTest& result) {
   kBest.planes(block, ellipsoid, slack, result);
 }
@@ -82,22 +90,18 @@ void testPlanes(FilterLanes lanes, const CandidateBlock& block, const FilterElli
   kernelsFor(lanes).planes(block, ellipsoid, slack, result);
 }
 
-std::uint32_t testPush(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
-                       const KnownPush& push) {
-  return kBest.pushes(block, wanted, ellipsoid, push);
+void testPush(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
+              const KnownPush& push, double slack, PushTest& result) {
+  kBest.pushes(block, wanted, ellipsoid, push, slack, result);
 }
-std::uint32_t testPush(FilterLanes lanes, const CandidateBlock& block, std::uint32_t wanted,
-                       const FilterEllipsoid& ellipsoid, const KnownPush& push) {
-  return kernelsFor(lanes).pushes(block, wanted, ellipsoid, push);
+void testPush(FilterLanes lanes, const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
+              const KnownPush& push, double slack, PushTest& result) {
+  kernelsFor(lanes).pushes(block, wanted, ellipsoid, push, slack, result);
 }
 
-std::uint32_t testRise(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
-                       const KnownPush& push) {
-  return kBest.rises(block, wanted, ellipsoid, push);
-}
-std::uint32_t testRise(FilterLanes lanes, const CandidateBlock& block, std::uint32_t wanted,
-                       const FilterEllipsoid& ellipsoid, const KnownPush& push) {
-  return kernelsFor(lanes).rises(block, wanted, ellipsoid, push);
+std::uint32_t lanesBelow(const CandidateBlock& block, const Vec3& c) { return kBest.overs(block, c); }
+std::uint32_t lanesBelow(FilterLanes lanes, const CandidateBlock& block, const Vec3& c) {
+  return kernelsFor(lanes).overs(block, c);
 }
 
 }  // namespace ellipsoid_vehicle_sim

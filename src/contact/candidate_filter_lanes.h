@@ -52,6 +52,81 @@ inline void loadFrom(const CandidateBlock::Lane (&from)[3], int first, const Vec
   to.z -= origin.z;
 }
 
+inline void cross(const LaneVec3& a, const LaneVec3& b, LaneVec3& result) {
+  result.x = a.y * b.z - a.z * b.y;
+  result.y = a.z * b.x - a.x * b.z;
+  result.z = a.x * b.y - a.y * b.x;
+}
+inline void subtract(const LaneVec3& a, const LaneVec3& b, LaneVec3& result) {
+  result.x = a.x - b.x, result.y = a.y - b.y, result.z = a.z - b.z;
+}
+inline void select(const Mask& mask, const LaneVec3& a, LaneVec3& result) {
+  result.x = mask ? a.x : result.x, result.y = mask ? a.y : result.y, result.z = mask ? a.z : result.z;
+}
+inline void store(const LaneVec3& from, CandidateBlock::Lane (&to)[3], int first) {
+  store(from.x, to[0] + first);
+  store(from.y, to[1] + first);
+  store(from.z, to[2] + first);
+}
+inline void root(const Lanes& x, Lanes& result) {
+  for (int i = 0; i < EVS_LANES; ++i) result[i] = std::sqrt(x[i]);
+}
+
+// Box, normal and edge normals of the triangles; the normal by the operations of `makeTriangle`, in their order.
+inline void fillOf(CandidateBlock& block, int first, int used) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Mask unused;
+  for (int i = 0; i < EVS_LANES; ++i) unused[i] = first + i < used ? 0 : -1;
+  LaneVec3 v[3], e[3], n;
+  Lanes l[3];
+  for (int k = 0; k < 3; ++k) {
+    load(block.v[k], first, v[k]);
+    const Lanes zero{};
+    select(unused, {zero + block.v[k][0][0], zero + block.v[k][1][0], zero + block.v[k][2][0]}, v[k]);
+    store(v[k], block.v[k], first);
+  }
+  for (int k = 0; k < 3; ++k) {
+    subtract(v[(k + 1) % 3], v[k], e[k]);
+    dot(e[k], e[k], l[k]);
+  }
+  const Mask by_0 = (l[0] >= l[1]) & (l[0] >= l[2]), by_1 = l[1] >= l[2];
+  LaneVec3 other;
+  cross(e[0], e[1], n);
+  cross(e[2], e[0], other);
+  select(by_1, other, n);
+  cross(e[1], e[2], other);
+  select(by_0, other, n);
+  Lanes double_area, longest;
+  dot(n, n, double_area);
+  root(double_area, double_area);
+  n.x /= double_area, n.y /= double_area, n.z /= double_area;
+  store(n, block.nhat, first);
+
+  larger(l[0], l[1], longest);
+  larger(longest, l[2], longest);
+  root(longest, longest);
+  store(longest, block.size + first);
+  for (int k = 0; k < 3; ++k) {
+    LaneVec3 m;
+    Lanes length;
+    cross(e[k], n, m);
+    root(l[k], length);
+    m.x /= length, m.y /= length, m.z /= length;
+    store(m, block.edge[k], first);
+  }
+  LaneVec3 low = v[0], high = v[0];
+  for (int k = 1; k < 3; ++k) {
+    low.x = v[k].x < low.x ? v[k].x : low.x, high.x = v[k].x > high.x ? v[k].x : high.x;
+    low.y = v[k].y < low.y ? v[k].y : low.y, high.y = v[k].y > high.y ? v[k].y : high.y;
+    low.z = v[k].z < low.z ? v[k].z : low.z, high.z = v[k].z > high.z ? v[k].z : high.z;
+  }
+  const Lanes nowhere = Lanes{} + kInfinity;
+  select(unused, {nowhere, nowhere, nowhere}, low);
+  select(unused, {-nowhere, -nowhere, -nowhere}, high);
+  store(low, block.low, first);
+  store(high, block.high, first);
+}
+
 inline void planesOf(const CandidateBlock& block, int first, const FilterEllipsoid& e, double slack,
                      PlaneTest& result) {
   const Vec3 low = e.c - e.half_box, high = e.c + e.half_box;
@@ -76,100 +151,119 @@ inline void planesOf(const CandidateBlock& block, int first, const FilterEllipso
   store(h_squared, result.half_width_squared + first);
 }
 
-inline std::uint32_t risesOf(const CandidateBlock& block, int first, const FilterEllipsoid& e, const KnownPush& push) {
-  const double u_p = dot(push.u, push.p - e.c);
-  LaneVec3 t;
-  Lanes u_t, most;
-  loadFrom(block.v[0], first, e.c, t);
-  dot(push.u, t, most);
-  for (int k = 1; k < 3; ++k) {
-    loadFrom(block.v[k], first, e.c, t);
-    dot(push.u, t, u_t);
-    larger(most, u_t, most);
-  }
-  return bitsOf(most - u_p > kAbove) << first;
-}
-
-inline std::uint32_t pushesOf(const CandidateBlock& block, int first, const FilterEllipsoid& e, const KnownPush& push) {
+inline void pushesOf(const CandidateBlock& block, int first, const FilterEllipsoid& e, const KnownPush& push,
+                     double slack, PushTest& result) {
   const double r_max = e.radii.x > e.radii.y ? (e.radii.x > e.radii.z ? e.radii.x : e.radii.z)
                                              : (e.radii.y > e.radii.z ? e.radii.y : e.radii.z);
-  LaneVec3 t[3], n, n_E, m[3];
-  for (int k = 0; k < 3; ++k) loadFrom(block.v[k], first, e.c, t[k]);
-  load(block.nhat, first, n);
-
   const Vec3 p = push.p - e.c;
+  const double u_p = dot(push.u, p);
+  LaneVec3 t[3], n, n_E;
+  Lanes u_t[3], u_n, s, h_squared, b;
+  for (int k = 0; k < 3; ++k) {
+    loadFrom(block.v[k], first, e.c, t[k]);
+    dot(push.u, t[k], u_t[k]);
+  }
+  Lanes highest;
+  larger(u_t[0], u_t[1], highest);
+  larger(highest, u_t[2], highest);
+  result.rises |= bitsOf(highest - u_p > kAbove) << first;
 
-  // (c) the horizon is clear.
-  Lanes s, h_squared, b;
+  // The plane, before the push and after it: h - s > depth - slack without the root.
+  load(block.nhat, first, n);
+  dot(push.u, n, u_n);
   dot(n, t[0], s);
+  s = -s;
+  const Lanes s_after = s + push.depth * u_n;
   toFrame(e.axes, n, n_E);
   scaledNorm(e.radii, n_E, h_squared);
-  scaledNorm(e.inverse_radii, n_E, b);
-  const Mask horizon = s * s * b > h_squared * b * (1.0 + kHorizonMargin) - 1.0;
+  const Lanes reach = s + (push.depth - slack), reach_after = s_after - slack;
+  result.deep |= bitsOf((reach < 0.0) | (h_squared > reach * reach)) << first;
+  result.deep_after |= bitsOf((reach_after < 0.0) | (h_squared > reach_after * reach_after)) << first;
 
-  // (a) T0 is outside an edge: m.(T0 - v) = -m.A n / h - m.t > margin, squared with its sign. Of the edges it has left
-  // the one that p is furthest beyond gives the tilt.
-  LaneVec3 r2n_E{e.radii.x * e.radii.x * n_E.x, e.radii.y * e.radii.y * n_E.y, e.radii.z * e.radii.z * n_E.z};
-  LaneVec3 An;
-  An.x = e.axes.x.x * r2n_E.x + e.axes.y.x * r2n_E.y + e.axes.z.x * r2n_E.z;
-  An.y = e.axes.x.y * r2n_E.x + e.axes.y.y * r2n_E.y + e.axes.z.y * r2n_E.z;
-  An.z = e.axes.x.z * r2n_E.x + e.axes.y.z * r2n_E.y + e.axes.z.z * r2n_E.z;
-  Lanes size;
-  load(block.size + first, size);
-  const Lanes margin = kOutsideMargin * (size + r_max);
-  const Lanes zero = size - size;
-  Lanes best_beyond = zero - 1.0;
-  LaneVec3 tilt{zero, zero, zero};
-  Mask outside = zero > zero;
+  // (c) of cannotExceed: the horizon is clear.
+  scaledNorm(e.inverse_radii, n_E, b);
+  const Lanes horizon = h_squared * b * (1.0 + kHorizonMargin) - 1.0;
+  const Mask clear = (s > 0.0) & (s * s * b > horizon);
+  const Mask clear_after = (s_after > 0.0) & (s_after * s_after * b > horizon);
+
+  // The tilt: the edge that p is furthest beyond. m_t: along its outward normal m, from c to the edge.
+  const Lanes zero = s - s;
+  Lanes beyond = zero - 1e300, m_t = zero;
+  LaneVec3 m{zero, zero, zero};
   for (int k = 0; k < 3; ++k) {
-    load(block.edge[k], first, m[k]);
-    Lanes m_An, m_t, m_p;
-    dot(m[k], An, m_An);
-    dot(m[k], t[k], m_t);
-    dot(p, m[k], m_p);
-    const Lanes left = zero - m_An, right = m_t + margin;
-    const Lanes left_squared = left * (left > zero ? left : -left);
-    const Lanes right_squared = right * (right > zero ? right : -right) * h_squared;
-    const Mask has_left = left_squared > right_squared;
-    const Lanes beyond = m_p - m_t;
-    const Mask better = has_left & (beyond > best_beyond);
-    outside = outside | has_left;
-    best_beyond = better ? beyond : best_beyond;
-    tilt.x = better ? m[k].x : tilt.x;
-    tilt.y = better ? m[k].y : tilt.y;
-    tilt.z = better ? m[k].z : tilt.z;
+    LaneVec3 m_k;
+    Lanes m_p, m_tk;
+    load(block.edge[k], first, m_k);
+    dot(p, m_k, m_p);
+    dot(m_k, t[k], m_tk);
+    const Lanes beyond_k = m_p - m_tk;
+    const Mask better = beyond_k > beyond;
+    beyond = better ? beyond_k : beyond;
+    m_t = better ? m_tk : m_t;
+    m.x = better ? m_k.x : m.x;
+    m.y = better ? m_k.y : m.y;
+    m.z = better ? m_k.z : m.z;
   }
+  LaneVec3 m_E;
+  toFrame(e.axes, m, m_E);
+  const LaneVec3 rm{e.radii.x * m_E.x, e.radii.y * m_E.y, e.radii.z * m_E.z};
+  Lanes m_A_m, m_u, size;
+  dot(rm, rm, m_A_m);
+  dot(push.u, m, m_u);
+
+  // (a) T0 is outside that edge: m.(T0 - v) = -m.A n / h - m.t > margin, squared with its sign.
+  load(block.size + first, size);
+  const Lanes minus_m_An = -(rm.x * (e.radii.x * n_E.x) + rm.y * (e.radii.y * n_E.y) + rm.z * (e.radii.z * n_E.z));
+  const Lanes left = minus_m_An * (minus_m_An > zero ? minus_m_An : -minus_m_An);
+  const Lanes right = m_t + kOutsideMargin * (size + r_max), right_after = right - push.depth * m_u;
+  const Mask outside = left > right * (right > zero ? right : -right) * h_squared;
+  const Mask outside_after = left > right_after * (right_after > zero ? right_after : -right_after) * h_squared;
 
   // (b) q = u + epsilon (m - (m.u) u), not of unit length: |q| >= 1, so q.t + h(q) <= depth for all corners is more
   // than needed. Tilting lowers the corners by epsilon times their distance beyond the edge and lifts the supporting
-  // plane by epsilon^2 m'A m / 2 h at most: the best epsilon balances the two.
-  LaneVec3 tilt_E;
-  toFrame(e.axes, tilt, tilt_E);
-  Lanes m_A_m, m_u;
-  scaledNorm(e.radii, tilt_E, m_A_m);
-  dot(push.u, tilt, m_u);
-  Lanes epsilon = best_beyond * push.half_width / (m_A_m + 1e-300);
+  // plane by epsilon^2 m'A m / 2 h at most: the best epsilon balances the two. q.u = 1, so that after the push the same
+  // q clears the triangle.
+  Lanes epsilon = beyond * push.half_width / (m_A_m + 1e-300);
   epsilon = epsilon > zero ? epsilon : zero;
   epsilon = epsilon < zero + 1.0 ? epsilon : zero + 1.0;
   const Lanes along = 1.0 - epsilon * m_u;
-  const LaneVec3 q{along * push.u.x + epsilon * tilt.x, along * push.u.y + epsilon * tilt.y,
-                   along * push.u.z + epsilon * tilt.z};
-  LaneVec3 q_E;
-  Lanes q_t[3], most, h_q_squared, q_n, farthest = zero;
+  Lanes most = zero - 1e300, farthest;
   for (int k = 0; k < 3; ++k) {
-    dot(q, t[k], q_t[k]);
-    const Lanes length =
-        (t[k].x > zero ? t[k].x : -t[k].x) + (t[k].y > zero ? t[k].y : -t[k].y) + (t[k].z > zero ? t[k].z : -t[k].z);
-    larger(farthest, length, farthest);
+    Lanes m_tk;
+    dot(m, t[k], m_tk);
+    const Lanes q_t = along * u_t[k] + epsilon * m_tk;
+    larger(most, q_t, most);
   }
-  larger(q_t[0], q_t[1], most);
-  larger(most, q_t[2], most);
-  toFrame(e.axes, q, q_E);
-  scaledNorm(e.radii, q_E, h_q_squared);
-  dot(q, n, q_n);
+  const Vec3 ru{e.radii.x * dot(e.axes.x, push.u), e.radii.y * dot(e.axes.y, push.u),
+                e.radii.z * dot(e.axes.z, push.u)};
+  const LaneVec3 rq{along * ru.x + epsilon * rm.x, along * ru.y + epsilon * rm.y, along * ru.z + epsilon * rm.z};
+  Lanes h_q_squared;
+  dot(rq, rq, h_q_squared);
+  farthest = (t[0].x > zero ? t[0].x : -t[0].x) + (t[0].y > zero ? t[0].y : -t[0].y) +
+             (t[0].z > zero ? t[0].z : -t[0].z) + size;
   const Lanes room = push.depth * (1.0 - kDepthMargin) - kLengthMargin * (farthest + r_max) - most;
-  const Mask below = (room > zero) & (h_q_squared <= room * room);
-  return bitsOf(outside & horizon & below & (q_n > zero) & (s < zero)) << first;
+  // m is square to n.
+  const Mask below = (room > zero) & (h_q_squared <= room * room) & (along * u_n > kForwardMargin);
+  result.shallower |= bitsOf(below & outside & clear) << first;
+  result.cleared |= bitsOf(below & outside_after & clear_after) << first;
+}
+
+// Whose prism over the triangle holds the centre.
+inline std::uint32_t oversOf(const CandidateBlock& block, int first, const Vec3& c) {
+  Mask over;
+  for (int k = 0; k < 3; ++k) {
+    LaneVec3 m, t;
+    Lanes m_t;
+    load(block.edge[k], first, m);
+    loadFrom(block.v[k], first, c, t);
+    dot(m, t, m_t);
+    over = k == 0 ? m_t >= 0.0 : over & (m_t >= 0.0);
+  }
+  return bitsOf(over) << first;
+}
+
+void fill(CandidateBlock& block, int used) {
+  for (int first = 0; first < CandidateBlock::kWidth; first += EVS_LANES) fillOf(block, first, used);
 }
 
 void planes(const CandidateBlock& block, const FilterEllipsoid& ellipsoid, double slack, PlaneTest& result) {
@@ -178,18 +272,15 @@ void planes(const CandidateBlock& block, const FilterEllipsoid& ellipsoid, doubl
     planesOf(block, first, ellipsoid, slack, result);
 }
 
-std::uint32_t pushes(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
-                     const KnownPush& push) {
-  std::uint32_t cleared = 0;
+void pushes(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid, const KnownPush& push,
+            double slack, PushTest& result) {
+  result = {};
   for (int first = 0; first < CandidateBlock::kWidth; first += EVS_LANES)
-    if ((wanted >> first & ((1u << EVS_LANES) - 1u)) != 0) cleared |= pushesOf(block, first, ellipsoid, push);
-  return cleared & wanted;
+    if ((wanted >> first & ((1u << EVS_LANES) - 1u)) != 0) pushesOf(block, first, ellipsoid, push, slack, result);
 }
 
-std::uint32_t rises(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
-                    const KnownPush& push) {
+std::uint32_t overs(const CandidateBlock& block, const Vec3& c) {
   std::uint32_t found = 0;
-  for (int first = 0; first < CandidateBlock::kWidth; first += EVS_LANES)
-    if ((wanted >> first & ((1u << EVS_LANES) - 1u)) != 0) found |= risesOf(block, first, ellipsoid, push);
-  return found & wanted;
+  for (int first = 0; first < CandidateBlock::kWidth; first += EVS_LANES) found |= oversOf(block, first, c);
+  return found;
 }

@@ -184,6 +184,11 @@ Triangle Terrain::triangle(int i) const {
   return makeTriangle(impl_->corner(i, 0), impl_->corner(i, 1), impl_->corner(i, 2));
 }
 
+void Terrain::corners(int i, std::array<Vector3d, 3>& v) const {
+  const Corners& corners = impl_->triangles[static_cast<std::size_t>(i)];
+  for (std::size_t k = 0; k < 3; ++k) v[k] = impl_->vertices[corners[k]];
+}
+
 int Terrain::surfaceIndex(int i) const {
   return impl_->surface.empty() ? 0 : impl_->surface[static_cast<std::size_t>(i)];
 }

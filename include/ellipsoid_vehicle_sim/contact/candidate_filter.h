@@ -29,7 +29,17 @@ struct KnownPush {
   Vec3 u;             ///< unit.
   Vec3 p;             ///< the triangle point T of that contact [m].
   double half_width;  ///< h(u) [m].
-  double depth;       ///< what a contact has to exceed to be of interest, >= 0 [m].
+  double depth;       ///< how far it goes, and what a contact has to exceed to be of interest, >= 0 [m].
+};
+
+/// What a known push tells of a block's triangles, a bit for each lane; of lanes that were not wanted it may say
+/// anything.
+struct PushTest {
+  std::uint32_t deep;        ///< the lowest point lies deeper below the plane than push.depth - slack.
+  std::uint32_t deep_after;  ///< after the push it lies deeper than -slack.
+  std::uint32_t shallower;   ///< proved: `minimumTranslation` is less deep than push.depth by more than rounding, or 0.
+  std::uint32_t cleared;     ///< proved: after the push it is 0.
+  std::uint32_t rises;       ///< a corner stands more than a nanometre above the plane through p square to u.
 };
 
 /// Lanes of a register: what the kernels are compiled for.
@@ -37,24 +47,22 @@ enum class FilterLanes { kTwo, kFour, kEight };
 /// The widest that this machine has.
 FilterLanes widestFilterLanes();
 
+/// Works out all of a block from the corners and indices of its first `used` lanes, and sets the others.
+void fillBlock(CandidateBlock& block, int used);
 void testPlanes(const CandidateBlock& block, const FilterEllipsoid& ellipsoid, double slack, PlaneTest& result);
-/// Of the lanes in `wanted`, those proved to be of no interest: the depth of `minimumTranslation` with such a triangle is
-/// less than `push.depth` by more than rounding, or not above zero. The proof is that of `cannotExceed`
-/// (ellipsoid_triangle.h) with a direction of the lane's own: u tilted outwards over the edge of the triangle that the
-/// lowest point T0 has left. On flat ground this shows every triangle but the one below to be shallower, with nothing
-/// solved.
-std::uint32_t testPush(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
-                       const KnownPush& push);
-/// Of the lanes in `wanted`, those with some corner more than a nanometre above the plane through p square to u. The
-/// push clears all others.
-std::uint32_t testRise(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
-                       const KnownPush& push);
+/// The lanes in `wanted`, held against a push. The proofs are that of `cannotExceed` (ellipsoid_triangle.h) with a
+/// direction of the lane's own: u tilted outwards over the edge of the triangle that p is furthest beyond. On flat
+/// ground this shows every triangle but the one below to be shallower, with nothing solved.
+void testPush(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
+              const KnownPush& push, double slack, PushTest& result);
+/// The lanes whose triangle c lies straight above or below, seen along its normal.
+std::uint32_t lanesBelow(const CandidateBlock& block, const Vec3& c);
 /// The same by kernels of a given width, to show that all give the same bits; the machine must have it.
+void fillBlock(FilterLanes lanes, CandidateBlock& block, int used);
 void testPlanes(FilterLanes lanes, const CandidateBlock& block, const FilterEllipsoid& ellipsoid, double slack,
                 PlaneTest& result);
-std::uint32_t testPush(FilterLanes lanes, const CandidateBlock& block, std::uint32_t wanted,
-                       const FilterEllipsoid& ellipsoid, const KnownPush& push);
-std::uint32_t testRise(FilterLanes lanes, const CandidateBlock& block, std::uint32_t wanted,
-                       const FilterEllipsoid& ellipsoid, const KnownPush& push);
+void testPush(FilterLanes lanes, const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
+              const KnownPush& push, double slack, PushTest& result);
+std::uint32_t lanesBelow(FilterLanes lanes, const CandidateBlock& block, const Vec3& c);
 
 }  // namespace ellipsoid_vehicle_sim

@@ -45,9 +45,10 @@ struct ContactMemory {
   PosedEllipsoid posed;  ///< (c0, R0).
   int count = 0;
   std::array<CarriedContact, kMaxContactsPerEllipsoid> carried;
-  double deepest = 0.0;                             ///< g: deepest of carried [m].
-  Eigen::Vector3d push = Eigen::Vector3d::Zero();   ///< p0: the shortest push that clears all carried, from full depths [m].
-  double slack = 0.0;                               ///< sigma: depth that is not charged to the spring [m].
+  double deepest = 0.0;  ///< g: deepest of carried [m].
+  Eigen::Vector3d push =
+      Eigen::Vector3d::Zero();  ///< p0: the shortest push that clears all carried, from full depths [m].
+  double slack = 0.0;           ///< sigma: depth that is not charged to the spring [m].
 };
 
 }  // namespace ellipsoid_vehicle_sim

@@ -9,7 +9,7 @@ namespace ellipsoid_vehicle_sim {
 enum class FrictionMode {
   kViscous,   ///< f_t = -f v_t, the seed's law: creeps on a slope.
   kAnchored,  ///< a spring and damper to the point of first touch, slipping at the cone: holds.
-  kBrush      ///< the anchor also leaves through the patch of a rolling wheel: cornering stiffness, and an anchor at rest.
+  kBrush  ///< the anchor also leaves through the patch of a rolling wheel: cornering stiffness, and an anchor at rest.
 };
 
 /// Constants of the contact of one ellipsoid. What it models:
@@ -20,14 +20,14 @@ enum class FrictionMode {
 ///     brush      z' = v_t - a z_c,         s = clip(w k_z z),      f_t = -clip(s + w c_t z'),
 ///                z_c = s / (w k_z),  a = min(|v_roll| / l, 1 / tau),  k_z = k_t min(1, l / (tau |v_roll|)),
 ///   clip to length mu f_n. In steady rolling z' = 0 and s = k_t l v_t / |v_roll|: the cornering and slip stiffness is
-///   C = k_t l at any speed; at rest a = 0 and the brush is the anchor. Its damper acts on z' (not on v_t), or it would add
-///   to C in proportion to the speed.
-/// d pressed depth [m], u unit normal into the vehicle, v velocity of the ellipsoid's surface at E, v_roll the part of it
-/// that comes from the ellipsoid's own turning, w share of the force where contacts overlap.
-/// mu falls from static to kinetic with the slip speed: mu = mu_k + (mu_s - mu_k) exp(-(|v_t| / v_s)^2) [Stribeck1902].
+///   C = k_t l at any speed; at rest a = 0 and the brush is the anchor. Its damper acts on z' (not on v_t), or it would
+///   add to C in proportion to the speed.
+/// d pressed depth [m], u unit normal into the vehicle, v velocity of the ellipsoid's surface at E, v_roll the part of
+/// it that comes from the ellipsoid's own turning, w share of the force where contacts overlap. mu falls from static to
+/// kinetic with the slip speed: mu = mu_k + (mu_s - mu_k) exp(-(|v_t| / v_s)^2) [Stribeck1902].
 struct ContactLaw {
-  double stiffness = 0.0;             ///< k [N/m], > 0.
-  double damping = 0.0;               ///< c [N s/m], >= 0.
+  double stiffness = 0.0;  ///< k [N/m], > 0.
+  double damping = 0.0;    ///< c [N s/m], >= 0.
   FrictionMode mode = FrictionMode::kAnchored;
   double tangential_stiffness = 0.0;  ///< k_t [N/m].
   double tangential_damping = 0.0;    ///< c_t [N s/m].
@@ -36,8 +36,8 @@ struct ContactLaw {
   double viscous_friction = 0.0;      ///< f [N s/m].
 };
 
-/// Coulomb coefficients of a pair. Pair rule: the surface's own values where it has them, the vehicle's otherwise; at most
-/// the ellipsoid's own, where it has one (a slippery ball that stands for a caster is slippery everywhere).
+/// Coulomb coefficients of a pair. Pair rule: the surface's own values where it has them, the vehicle's otherwise; at
+/// most the ellipsoid's own, where it has one (a slippery ball that stands for a caster is slippery everywhere).
 struct FrictionCoefficients {
   double mu_static = 0.0;
   double mu_kinetic = 0.0;
@@ -48,12 +48,12 @@ struct FrictionCoefficients {
 
 /// What a contact does, and how its memory moves on.
 struct ContactForce {
-  double normal = 0.0;                                       ///< f_n [N].
-  Eigen::Vector3d friction_W = Eigen::Vector3d::Zero();      ///< f_t [N], perpendicular to u.
-  Eigen::Vector3d anchor_rate_W = Eigen::Vector3d::Zero();   ///< z' [m/s].
-  double friction_limit = 0.0;                               ///< radius of the cone: mu f_n [N].
-  double stretch_limit = 0.0;                                ///< longest stretch the cone carries: mu f_n / (w k_z) [m].
-  bool sliding = false;                                      ///< the friction is at the edge of its cone.
+  double normal = 0.0;                                      ///< f_n [N].
+  Eigen::Vector3d friction_W = Eigen::Vector3d::Zero();     ///< f_t [N], perpendicular to u.
+  Eigen::Vector3d anchor_rate_W = Eigen::Vector3d::Zero();  ///< z' [m/s].
+  double friction_limit = 0.0;                              ///< radius of the cone: mu f_n [N].
+  double stretch_limit = 0.0;                               ///< longest stretch the cone carries: mu f_n / (w k_z) [m].
+  bool sliding = false;                                     ///< the friction is at the edge of its cone.
 };
 
 /// Pure: the same arguments give the same force. `anchor_W` is the stretch z [m], already perpendicular to u.

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "ellipsoid_vehicle_sim/contact/candidate_cache.h"
+#include "ellipsoid_vehicle_sim/contact/candidate_filter.h"
 #include "ellipsoid_vehicle_sim/contact/contact.h"
 #include "ellipsoid_vehicle_sim/world/terrain.h"
 
@@ -15,37 +16,31 @@ enum class ContactsPerEllipsoid { kOne, kValley };
 struct ContactOptions {
   ContactRule rule = ContactRule::kMinimumTranslation;
   ContactsPerEllipsoid contacts = ContactsPerEllipsoid::kValley;
-  bool memory = true;  ///< admission and slack; off: every triangle with the centre in front pushes with its full depth.
-  bool cache = true;   ///< reuse of candidate lists; changes no answer.
+  bool memory =
+      true;           ///< admission and slack; off: every triangle with the centre in front pushes with its full depth.
+  bool cache = true;  ///< reuse of candidate lists; changes no answer.
 };
 
-/// A candidate whose box and plane the ellipsoid reaches.
-struct NearTriangle {
-  int candidate;              ///< index into the cache's list.
-  double height;              ///< s, to rounding [m].
-  double half_width_squared;  ///< h(n)^2 [m^2].
-  bool done;                  ///< taken, or turned away.
-  bool cleared;               ///< proved to be of no interest to the search under way.
-
-  /// h(n) - s > depth, without the root.
-  bool isDeeperThan(double depth) const {
-    const double reach = height + depth;
-    return reach < 0.0 || half_width_squared > reach * reach;
-  }
+/// What the evaluation under way knows of a block of candidates; a bit for each lane.
+struct NearBlock {
+  PlaneTest plane;     ///< who is near, and how far from its plane.
+  std::uint32_t done;  ///< near, and taken or turned away.
+  std::uint32_t open;  ///< near, and not proved to be of no interest to the search under way.
+  std::uint32_t held;  ///< near, and not proved to be clear of the ellipsoid after the first contact's push.
 };
 
 /// Buffers of one ellipsoid; no state: two finders give the same answers whatever they were asked before.
 struct ContactFinder {
-  ContactFinder() { near.reserve(128); }
+  ContactFinder() { near.reserve(16); }
 
   CandidateCache cache;
-  std::vector<NearTriangle> near;  ///< of the present evaluation.
-  bool behind_any = false;         ///< the centre is not in front of some triangle whose box the ellipsoid's meets.
+  std::vector<NearBlock> near;  ///< of the present evaluation, one for each block of the cache.
+  bool behind_any = false;      ///< the centre is not in front of some triangle whose box the ellipsoid's meets.
 };
 
 /// Each ellipsoid meets the one triangle it would have to be pushed furthest to clear (ties: the lowest index); in
-/// `valley` mode up to two more that still hold it after that push. Sources: notation.h [CarPhysics], [ContactDefinition]
-/// rules 1-6. `memory` is that of the last accepted pose and is not changed.
+/// `valley` mode up to two more that still hold it after that push. Sources: notation.h [CarPhysics],
+/// [ContactDefinition] rules 1-6. `memory` is that of the last accepted pose and is not changed.
 void findContacts(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const Terrain& terrain,
                   const ContactOptions& options, ContactFinder& finder, EllipsoidContacts& result);
 inline EllipsoidContacts findContacts(const PosedEllipsoid& ellipsoid, const ContactMemory& memory,
@@ -63,13 +58,13 @@ inline EllipsoidContacts rememberedContacts(const ContactMemory& memory, const C
   return result;
 }
 
-/// Speed at which depth that a jump added is given back [m/s]: slow enough that a vehicle freed from an overlap rises, and
-/// does not fly.
+/// Speed at which depth that a jump added is given back [m/s]: slow enough that a vehicle freed from an overlap rises,
+/// and does not fly.
 constexpr double kSlackRelease = 0.01;
 
-/// The memory after a step ended at `ellipsoid` with `contacts` (found there with the old memory), dt [s] after the old one.
-/// Anchors are not carried over: that is the friction's business. `result`, not the same as `old`, is a
-/// memory of whatever past.
+/// The memory after a step ended at `ellipsoid` with `contacts` (found there with the old memory), dt [s] after the old
+/// one. Anchors are not carried over: that is the friction's business. `result`, not the same as `old`, is a memory of
+/// whatever past.
 void rememberContacts(const PosedEllipsoid& ellipsoid, const EllipsoidContacts& contacts, const ContactMemory& old,
                       const ContactOptions& options, double dt, ContactMemory& result);
 inline ContactMemory rememberContacts(const PosedEllipsoid& ellipsoid, const EllipsoidContacts& contacts,
@@ -79,7 +74,8 @@ inline ContactMemory rememberContacts(const PosedEllipsoid& ellipsoid, const Ell
   return result;
 }
 
-/// Shares of the contacts' forces (field `share`) from their pressed depths; `push` is the shortest push that clears them.
+/// Shares of the contacts' forces (field `share`) from their pressed depths; `push` is the shortest push that clears
+/// them.
 Eigen::Vector3d assignShares(EllipsoidContacts& contacts);
 
 }  // namespace ellipsoid_vehicle_sim

@@ -65,6 +65,8 @@ class Terrain {
   int triangleCount() const;
   /// Corners and unit normal of triangle i.
   Triangle triangle(int i) const;
+  /// The corners of triangle i alone.
+  void corners(int i, std::array<Eigen::Vector3d, 3>& v) const;
   const Surface& surface(int i) const;
   int surfaceIndex(int i) const;
   const std::vector<Surface>& surfaces() const;

@@ -1,0 +1,405 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "ellipsoid_vehicle_sim/contact/candidate_filter.h"
+#include "ellipsoid_vehicle_sim/contact/find_contacts.h"
+#include "ellipsoid_vehicle_sim/contact/shortest_push.h"
+
+namespace ellipsoid_vehicle_sim {
+
+// The inside of find_contacts.cpp.
+
+// Depths that differ by less are the same push seen from two poses [m]; a nanometre is far below any contact's sag.
+constexpr double kSameDepth = 1e-9;
+// Rounding allowance when a depth is compared with its explanation [m].
+constexpr double kExplained = 1e-12;
+// Depths this close, in parts of themselves, are worked out before one is called the deeper [-]; above the solver's
+// rounding.
+constexpr double kTieMargin = 1e-12;
+// Normals of one contact seen from two triangles differ by rounding, magnified where the depth hardly depends on them
+// [-].
+constexpr double kSameNormal = 1e-6;
+// h(u) changes by at most this times r_max per radian of turn when the axes' ratio is unbounded; [ContactDefinition] 6.
+constexpr double kTurnReach = 1.12;
+
+// What a cheap plane test may be off by before a triangle is left out on its word [m]; the exact test decides on the
+// rest.
+constexpr double kPruneSlack = 1e-9;
+// Depth that arithmetic alone may leave after a push that clears [m], and in parts of the distance from the origin.
+constexpr double kLeftByRounding = 1e-12, kRelativeRounding = 1e-15;
+
+inline TriangleContact meet(const PosedEllipsoid& ellipsoid, const Triangle& triangle, ContactRule rule,
+                            double floor_depth) {
+  if (rule == ContactRule::kMinimumTranslation) return minimumTranslation(ellipsoid, triangle, floor_depth);
+  const TriangleContact contact = clampedPoint(ellipsoid, triangle);
+  return contact.depth > floor_depth ? contact : TriangleContact{};
+}
+
+inline PosedEllipsoid moved(const PosedEllipsoid& ellipsoid, const Eigen::Vector3d& push) {
+  PosedEllipsoid result = ellipsoid;
+  result.p_WE += push;
+  return result;
+}
+
+inline bool centreInFront(const PosedEllipsoid& ellipsoid, const Triangle& triangle) {
+  return triangle.nhat_W.dot(ellipsoid.p_WE - triangle.v[0]) > 0.0;
+}
+
+// W(u): how far the supporting plane along the fixed u has moved in since the remembered pose; half_width is h0(u)
+// there.
+inline double advance(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const Eigen::Vector3d& u,
+                      double half_width) {
+  return u.dot(memory.posed.p_WE - ellipsoid.p_WE) - half_width + ellipsoid.halfWidth(u);
+}
+
+// Angle between the remembered and the present axes [rad].
+inline double angleTurned(const Eigen::Matrix3d& R0, const Eigen::Matrix3d& R1) {
+  // |R0 - R1|_F = 2 sqrt(2) sin(angle / 2): keeps its digits for small angles, where the trace loses them.
+  return 2.0 * std::asin(std::min(1.0, (R0 - R1).norm() / (2.0 * std::sqrt(2.0))));
+}
+
+inline FilterEllipsoid filterOf(const PosedEllipsoid& ellipsoid) {
+  const Vec3 r = Vec3::from(ellipsoid.radii);
+  return {Vec3::from(ellipsoid.p_WE),
+          columns(ellipsoid.R_WE),
+          r,
+          {1.0 / r.x, 1.0 / r.y, 1.0 / r.z},
+          Vec3::from(ellipsoid.halfBox())};
+}
+
+/// One evaluation: the ellipsoid, the lists and what has been taken so far.
+class ContactSearch {
+ public:
+  ContactSearch(const PosedEllipsoid& ellipsoid, const FilterEllipsoid& filter, const ContactMemory& memory,
+                const ContactOptions& options, const std::vector<Candidate>& candidates, ContactFinder& finder)
+      : ellipsoid_(ellipsoid),
+        filter_(filter),
+        memory_(memory),
+        options_(options),
+        candidates_(candidates),
+        blocks_(finder.cache.blocks()),
+        near_(finder.near) {
+    near_.resize(blocks_.size());
+    std::uint32_t behind = 0;
+    for (std::size_t i = 0; i < blocks_.size(); ++i) {
+      testPlanes(blocks_[i], filter_, kPruneSlack, near_[i].plane);
+      near_[i].done = 0;
+      behind |= near_[i].plane.behind;
+    }
+    finder.behind_any = finder.behind_any || behind != 0;
+  }
+
+  void run(EllipsoidContacts& result) {
+    int winner = likeliest();
+    if (winner < 0) return;
+    // Made here, not copied: who reads as pairs what was written number by number waits for it.
+    TriangleContact first = meet(ellipsoid_, triangleOf(winner), options_.rule, 0.0);
+    winner = deepest(winner, first);
+    if (winner >= 0 && !admitted(candidates_[winner])) winner = nextAdmitted(winner, first);
+    if (winner < 0) return;
+
+    const Candidate& candidate = candidates_[winner];
+    near_[winner / kWidth].done |= 1u << winner % kWidth;
+    take(result, candidate.index, first.nhat_W, first.p_WE_lowest, first.depth, feltDepth(first, candidate));
+    if (options_.contacts == ContactsPerEllipsoid::kValley) addValleyContacts(result, first);
+  }
+
+ private:
+  static constexpr int kWidth = CandidateBlock::kWidth;
+
+  /// The outcome of a search of a valley; candidate -1 without any.
+  struct Found {
+    int candidate = -1;
+    TriangleContact contact;  ///< of the pushed ellipsoid.
+    TriangleContact at_pose;  ///< with the ellipsoid where it stands.
+  };
+
+  const Triangle& triangleOf(int candidate) const { return candidates_[candidate].triangle; }
+
+  /// Near, and neither taken nor turned away.
+  std::uint32_t waiting(std::size_t block) const { return near_[block].plane.near & ~near_[block].done; }
+
+  /// Calls use(candidate) for the lanes of lanes(block), lowest first.
+  template <typename Lanes, typename Use>
+  void forEach(const Lanes& lanes, const Use& use) const {
+    for (std::size_t i = 0; i < near_.size(); ++i)
+      for (std::uint32_t mask = lanes(i); mask != 0; mask &= mask - 1)
+        use(static_cast<int>(i) * kWidth + __builtin_ctz(mask));
+  }
+
+  /// The plane depth, h(n) - s > depth, without the root.
+  bool isDeeperThan(int candidate, double depth) const {
+    const PlaneTest& plane = near_[candidate / kWidth].plane;
+    const int lane = candidate % kWidth;
+    const double reach = plane.height[lane] + depth;
+    return reach < 0.0 || plane.half_width_squared[lane] > reach * reach;
+  }
+
+  /// The near triangle that is looked at first; most others are then proved shallower without being worked out. That of
+  /// the last pose, or one the centre stands over. -1 when none is near.
+  int likeliest() const {
+    int any = -1;
+    const int last = memory_.count > 0 ? memory_.carried[0].triangle : -1;
+    for (std::size_t i = 0; i < near_.size(); ++i) {
+      const std::uint32_t near = near_[i].plane.near;
+      if (near == 0) continue;
+      if (any < 0) any = static_cast<int>(i) * kWidth + __builtin_ctz(near);
+      if (last < 0) continue;
+      const std::uint32_t same = near & lanesOf(blocks_[i], last);
+      if (same != 0) return static_cast<int>(i) * kWidth + __builtin_ctz(same);
+    }
+    if (any < 0) return any;
+    for (std::size_t i = 0; i < near_.size(); ++i) {
+      const std::uint32_t below =
+          near_[i].plane.near == 0 ? 0 : near_[i].plane.near & lanesBelow(blocks_[i], filter_.c);
+      if (below != 0) return static_cast<int>(i) * kWidth + __builtin_ctz(below);
+    }
+    return any;
+  }
+
+  static std::uint32_t lanesOf(const CandidateBlock& block, int triangle) {
+    std::uint32_t lanes = 0;
+    for (int lane = 0; lane < kWidth; ++lane)
+      lanes |= static_cast<std::uint32_t>(block.index[lane] == triangle) << lane;
+    return lanes;
+  }
+
+  KnownPush knownPush(const TriangleContact& contact, double depth) const {
+    return {Vec3::from(contact.nhat_W), Vec3::from(contact.trianglePoint()), ellipsoid_.halfWidth(contact.nhat_W),
+            depth};
+  }
+
+  /// Holds all that wait, but for `winner`, against its contact: what may be deeper is open, what may hold the
+  /// ellipsoid after the push is held, and rises_ tells whether anything rises above the contact's plane.
+  bool holdAgainst(int winner, const TriangleContact& contact) {
+    const KnownPush push = knownPush(contact, contact.depth);
+    std::uint32_t open = 0, rises = 0;
+    PushTest test;
+    for (std::size_t i = 0; i < near_.size(); ++i) {
+      NearBlock& near = near_[i];
+      std::uint32_t rivals = waiting(i);
+      if (winner >= 0 && winner / kWidth == static_cast<int>(i)) rivals &= ~(1u << winner % kWidth);
+      near.open = near.held = 0;
+      if (rivals == 0) continue;
+      testPush(blocks_[i], rivals, filter_, push, kPruneSlack, test);
+      near.open = rivals & test.deep & ~test.shallower;
+      near.held = rivals & test.deep_after & ~test.cleared;
+      open |= near.open;
+      rises |= rivals & test.rises;
+    }
+    rises_ = rises != 0;
+    held_by_ = winner;
+    return open != 0;
+  }
+
+  /// The deepest contact among those that wait: `winner` and its contact are one of them, to begin with. -1 without
+  /// any.
+  int deepest(int winner, TriangleContact& best) {
+    held_by_ = -1;
+    const int first = winner;
+    if (!best) winner = -1;
+    // No minimum translation exceeds the depth below the plane; the document's rule may.
+    const bool bounded = options_.rule == ContactRule::kMinimumTranslation;
+    const bool held_against = bounded && winner >= 0;
+    if (held_against && !holdAgainst(winner, best)) return winner;
+
+    forEach([&](std::size_t i) { return held_against ? near_[i].open : waiting(i); },
+            [&](int i) {
+              if (i == first || (bounded && !isDeeperThan(i, best.depth - kPruneSlack))) return;
+              // Lowest index wins a tie, in whatever order they come; a floor at the depth itself would leave ties to
+              // rounding.
+              const double floor = i < winner ? best.depth * (1.0 - kTieMargin) : best.depth;
+              const TriangleContact contact = meet(ellipsoid_, triangleOf(i), options_.rule, floor);
+              if (!contact || contact.depth < best.depth || (contact.depth == best.depth && i > winner)) return;
+              best = contact;
+              winner = i;
+            });
+    return winner;
+  }
+
+  /// The deepest that may push, when that of `winner` may not. Two triangles make the same contact at the edge they
+  /// share, and rounding decides which of them is deeper: one that is turned away for coming into front just now is
+  /// taken after all when the next makes that contact too.
+  int nextAdmitted(int winner, TriangleContact& best) {
+    const int turned_away = winner;
+    const TriangleContact turned_away_contact = best;
+    for (;;) {
+      near_[winner / kWidth].done |= 1u << winner % kWidth;
+      winner = -1;
+      for (std::size_t i = 0; i < near_.size() && winner < 0; ++i)
+        if (waiting(i) != 0) winner = static_cast<int>(i) * kWidth + __builtin_ctz(waiting(i));
+      if (winner < 0) return -1;
+      best = meet(ellipsoid_, triangleOf(winner), options_.rule, 0.0);
+      winner = deepest(winner, best);
+      if (winner < 0) return -1;
+      if (!admitted(candidates_[winner])) continue;
+      if (!isSame(turned_away_contact, best)) return winner;
+      // The other made the contact that is taken.
+      near_[winner / kWidth].done |= 1u << winner % kWidth;
+      held_by_ = -1;
+      best = turned_away_contact;
+      return turned_away;
+    }
+  }
+
+  static bool isSame(const TriangleContact& a, const TriangleContact& b) {
+    return std::abs(a.depth - b.depth) <= kExplained &&
+           (a.nhat_W - b.nhat_W).squaredNorm() <= kSameNormal * kSameNormal;
+  }
+
+  void take(EllipsoidContacts& result, int triangle, const Eigen::Vector3d& u, const Eigen::Vector3d& lowest,
+            double depth, double felt) const {
+    Contact& contact = result.contact[result.count++];
+    contact.triangle = triangle;
+    contact.nhat_W = u;
+    contact.p_WE_lowest = lowest;
+    contact.depth = depth;
+    contact.pressed = std::max(0.0, felt - (options_.memory ? memory_.slack : 0.0));
+    contact.share = 1.0;
+  }
+
+  bool carried(int triangle) const {
+    for (int i = 0; i < memory_.count; ++i)
+      if (memory_.carried[i].triangle == triangle) return true;
+    return false;
+  }
+
+  // May this triangle push? It must have been known, or have had the centre in front and been no deeper than the
+  // others.
+  bool admitted(const Candidate& candidate) const {
+    const Triangle& triangle = candidate.triangle;
+    if (!options_.memory || memory_.fresh || carried(candidate.index)) return true;
+    if (!centreInFront(memory_.posed, triangle)) return false;
+    const TriangleContact before = meet(memory_.posed, triangle, options_.rule, 0.0);
+    if (!before) return true;
+    if (options_.contacts == ContactsPerEllipsoid::kOne || memory_.count == kMaxContactsPerEllipsoid)
+      return before.depth <= memory_.deepest + kSameDepth;
+    return meet(moved(memory_.posed, memory_.push), triangle, options_.rule, 0.0).depth <= kSameDepth;
+  }
+
+  // The part of a contact's depth that motion since the remembered pose explains; the rest is a jump.
+  double feltDepth(const TriangleContact& contact, const Candidate& candidate) const {
+    if (!options_.memory || memory_.fresh) return contact.depth;
+    const double depth = contact.depth;
+
+    double reached = -1.0, base_depth = 0.0, base_advance = 0.0;
+    const auto explain = [&](double delta, double advanced) {
+      if (delta + advanced <= reached) return;
+      reached = delta + advanced;
+      base_depth = delta;
+      base_advance = advanced;
+    };
+    for (int i = 0; i < memory_.count; ++i) {
+      const CarriedContact& base = memory_.carried[i];
+      explain(base.depth, advance(ellipsoid_, memory_, base.nhat_W, base.half_width));
+    }
+    if (depth <= reached + kExplained) return depth;
+
+    // Only now the triangle's own past is worked out: it is needed once in many steps.
+    const TriangleContact before = meet(memory_.posed, candidate.triangle, options_.rule, 0.0);
+    double bound = reached;
+    if (before) {
+      explain(before.depth, advance(ellipsoid_, memory_, before.nhat_W, memory_.posed.halfWidth(before.nhat_W)));
+      bound = reached;
+    } else {
+      const double travel = (ellipsoid_.p_WE - memory_.posed.p_WE).norm();
+      const double turn = angleTurned(memory_.posed.R_WE, ellipsoid_.R_WE);
+      bound = std::max(reached, travel + kTurnReach * turn * ellipsoid_.radii.maxCoeff());
+    }
+    if (depth <= bound + kExplained) return depth;
+
+    const double along = advance(ellipsoid_, memory_, contact.nhat_W, memory_.posed.halfWidth(contact.nhat_W));
+    if (memory_.count == 0 && !before) return std::min(depth, std::max(0.0, along));
+    return std::min(depth, std::max(0.0, base_depth + std::min(base_advance, along)));
+  }
+
+  /// What still holds the ellipsoid after the push of the first contact: a wall beside the ground, a kerb's edge.
+  void addValleyContacts(EllipsoidContacts& result, const TriangleContact& first) {
+    const bool bounded = options_.rule == ContactRule::kMinimumTranslation;
+    if (held_by_ < 0 || candidates_[held_by_].index != result.contact[0].triangle) holdAgainst(-1, first);
+    // On flat and convex ground the first push clears everything.
+    if (!rises_) return;
+
+    Eigen::Vector3d push = first.depth * first.nhat_W;
+    std::array<Eigen::Vector3d, kMaxContactsPerEllipsoid> nhat;
+    std::array<double, kMaxContactsPerEllipsoid> depth{};
+    nhat[0] = first.nhat_W;
+    depth[0] = first.depth;
+    while (result.count < kMaxContactsPerEllipsoid) {
+      bool any = !bounded;
+      for (std::size_t i = 0; i < near_.size(); ++i) {
+        near_[i].open = bounded ? near_[i].held & ~near_[i].done : waiting(i);
+        any = any || near_[i].open != 0;
+      }
+      if (!any) return;
+      const PosedEllipsoid pushed = moved(ellipsoid_, push);
+      Found found;
+      if (!findLeft(pushed, push, found)) return;
+
+      const Candidate& candidate = candidates_[found.candidate];
+      const TriangleContact& left = found.contact;
+      const double full = left.depth + push.dot(left.nhat_W);
+      // What the triangle's own contact owes to a jump is taken off here too.
+      const double lost = found.at_pose.depth - feltDepth(found.at_pose, candidate);
+      const int slot = result.count;
+      take(result, candidate.index, left.nhat_W, left.p_WE_lowest - push, full, full - lost);
+      nhat[slot] = left.nhat_W;
+      depth[slot] = full;
+      push = shortestPush(nhat, depth, result.count).p;
+      // The next push is another: all that wait are asked again.
+      for (std::size_t i = 0; i < near_.size(); ++i) near_[i].held = waiting(i);
+    }
+  }
+
+  /// The deepest that still holds the pushed ellipsoid and may push; as `nextAdmitted`.
+  bool findLeft(const PosedEllipsoid& pushed, const Eigen::Vector3d& push, Found& found) {
+    Found turned_away;
+    for (;;) {
+      found = deepestLeft(pushed, push);
+      if (found.candidate < 0) return false;
+      near_[found.candidate / kWidth].done |= 1u << found.candidate % kWidth;
+      if (admitted(candidates_[found.candidate])) {
+        if (turned_away.candidate >= 0 && isSame(turned_away.contact, found.contact)) found = turned_away;
+        return true;
+      }
+      if (turned_away.candidate < 0) turned_away = found;
+      // What was shallower than this one may be the deepest now.
+      for (std::size_t i = 0; i < near_.size(); ++i) near_[i].open = waiting(i);
+    }
+  }
+
+  /// The deepest contact of the pushed ellipsoid with an open triangle that the ellipsoid touches where it stands. What
+  /// rounding leaves of a triangle that the push clears, such as the other one at an edge, is none.
+  Found deepestLeft(const PosedEllipsoid& pushed, const Eigen::Vector3d& push) const {
+    const bool bounded = options_.rule == ContactRule::kMinimumTranslation;
+    const double rounding = kLeftByRounding + kRelativeRounding * ellipsoid_.p_WE.cwiseAbs().maxCoeff();
+    Found best;
+    forEach([&](std::size_t i) { return near_[i].open & ~near_[i].done; },
+            [&](int i) {
+              const Triangle& triangle = triangleOf(i);
+              const double needed = bounded ? best.contact.depth : 0.0;
+              if (!isDeeperThan(i, needed + push.dot(triangle.nhat_W) - kPruneSlack)) return;
+              const TriangleContact left =
+                  meet(pushed, triangle, options_.rule, std::max(best.contact.depth, rounding));
+              if (!left) return;
+              const TriangleContact at_pose = meet(ellipsoid_, triangle, options_.rule, 0.0);
+              if (!at_pose) return;
+              best = {i, left, at_pose};
+            });
+    return best;
+  }
+
+  const PosedEllipsoid& ellipsoid_;
+  const FilterEllipsoid& filter_;
+  const ContactMemory& memory_;
+  const ContactOptions& options_;
+  const std::vector<Candidate>& candidates_;
+  const std::vector<CandidateBlock>& blocks_;
+  std::vector<NearBlock>& near_;
+  int held_by_ = -1;    ///< the candidate whose contact `holdAgainst` was asked with.
+  bool rises_ = false;  ///< some triangle rises above the plane of that contact.
+};
+
+}  // namespace ellipsoid_vehicle_sim
