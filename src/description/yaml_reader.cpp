@@ -55,6 +55,13 @@ ParameterValue scalarOf(const YAML::Node& node) {
   return node.Scalar();
 }
 
+// More is no help to anybody, nor is a key of megabytes.
+constexpr std::size_t kMostProblems = 50, kLongestMessage = 2000;
+
+std::string beginningOf(const std::string& message) {
+  return message.size() <= kLongestMessage ? message : message.substr(0, kLongestMessage) + " ...";
+}
+
 }  // namespace
 
 std::optional<ParameterValue> parameterValue(const YAML::Node& node) {
@@ -90,6 +97,12 @@ Loaded<YAML::Node> parseYaml(const std::string& text, const std::string& file) {
     result.problems.push_back({file + line, "no YAML: " + error.msg});
   }
   return result;
+}
+
+void YamlReader::problem(const YAML::Node& node, const std::string& message) {
+  if (problems.size() > kMostProblems) return;
+  const bool last = problems.size() == kMostProblems;
+  problems.push_back({where(node), last ? "and more problems from here on" : beginningOf(message)});
 }
 
 std::optional<YAML::Node> YamlReader::open(const std::string& what) {

@@ -64,6 +64,13 @@ bool hasType(ParameterKind kind, const ParameterValue& value) {
   return false;
 }
 
+// Of unknown parameters that are told one by one, and of letters of their names and values: more is no help to anybody.
+constexpr std::size_t kMostUnknown = 50, kMostLetters = 500;
+
+std::string beginningOf(const std::string& text) {
+  return text.size() <= kMostLetters ? text : text.substr(0, kMostLetters) + " ...";
+}
+
 /// Number of single-letter edits between two words (Levenshtein).
 std::size_t editDistance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -188,9 +195,13 @@ Problems unknownParameters(const ParameterValues& values, const std::vector<std:
                            const std::string& where) {
   Problems problems;
   for (const auto& [key, value] : values) {
+    if (problems.size() == kMostUnknown) {
+      problems.push_back({where + "...", "and " + std::to_string(values.size() - kMostUnknown) + " more that do not exist"});
+      break;
+    }
     const std::string close = closestWord(key, known);
-    problems.push_back({where + key, "there is no such parameter (its value is '" + valueText(value) + "')" +
-                                         (close.empty() ? "" : "; did you mean '" + close + "'?")});
+    problems.push_back({where + beginningOf(key), "there is no such parameter (its value is '" + beginningOf(valueText(value)) +
+                                                      "')" + (close.empty() ? "" : "; did you mean '" + close + "'?")});
   }
   return problems;
 }

@@ -178,6 +178,15 @@ TEST_F(ResourceBombs, ExpandingEntitiesAndAliases) {
   }
 }
 
+TEST_F(ResourceBombs, ProblemsWithoutEnd) {
+  std::string keys;
+  for (int i = 0; i < 50000; ++i) keys += "k" + std::to_string(i) + ": 1\n";
+  for (const char* name : {"world.yaml", "scene.yaml"}) {
+    expectRefusal(name, keys, "and more problems");
+    expectRefusal(name, "? " + repeated("k", 1000000) + "\n: 1\n", "unknown key 'kkk");
+  }
+}
+
 TEST_F(ResourceBombs, WhatIsNoFile) {
   for (const char* name : {"a.stl", "a.obj", "a.dae", "a.urdf", "a.urdf.xacro", "world.yaml", "scene.yaml", "parameters.yaml"}) {
     const std::string path = files_.folder("links") + "/" + name;

@@ -37,7 +37,8 @@ class YamlReader {
 
   const std::string& path() const { return path_; }
   std::string where(const YAML::Node& node) const { return path_ + ":" + std::to_string(node.Mark().line + 1); }
-  void problem(const YAML::Node& node, const std::string& message) { problems.push_back({where(node), message}); }
+  /// After fifty it is only said that there are more.
+  void problem(const YAML::Node& node, const std::string& message);
 
   /// Calls read(key, value) for every pair of a dictionary, after making sure that keys are known and given once.
   template <typename Read>
