@@ -53,7 +53,8 @@ namespace avx512 {
 struct Kernels {
   void (*fill)(CandidateBlock&, int);
   void (*planes)(const CandidateBlock&, const FilterEllipsoid&, double, PlaneTest&);
-  void (*pushes)(const CandidateBlock&, std::uint32_t, const FilterEllipsoid&, const KnownPush&, double, PushTest&);
+  void (*pushes)(const CandidateBlock&, const PlaneTest&, std::uint32_t, const FilterEllipsoid&, const KnownPush&,
+                 double, PushTest&);
   std::uint32_t (*overs)(const CandidateBlock&, const Vec3&);
 };
 
@@ -90,13 +91,13 @@ void testPlanes(FilterLanes lanes, const CandidateBlock& block, const FilterElli
   kernelsFor(lanes).planes(block, ellipsoid, slack, result);
 }
 
-void testPush(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
-              const KnownPush& push, double slack, PushTest& result) {
-  kBest.pushes(block, wanted, ellipsoid, push, slack, result);
+void testPush(const CandidateBlock& block, const PlaneTest& plane, std::uint32_t wanted,
+              const FilterEllipsoid& ellipsoid, const KnownPush& push, double slack, PushTest& result) {
+  kBest.pushes(block, plane, wanted, ellipsoid, push, slack, result);
 }
-void testPush(FilterLanes lanes, const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
-              const KnownPush& push, double slack, PushTest& result) {
-  kernelsFor(lanes).pushes(block, wanted, ellipsoid, push, slack, result);
+void testPush(FilterLanes lanes, const CandidateBlock& block, const PlaneTest& plane, std::uint32_t wanted,
+              const FilterEllipsoid& ellipsoid, const KnownPush& push, double slack, PushTest& result) {
+  kernelsFor(lanes).pushes(block, plane, wanted, ellipsoid, push, slack, result);
 }
 
 std::uint32_t lanesBelow(const CandidateBlock& block, const Vec3& c) { return kBest.overs(block, c); }

@@ -147,16 +147,16 @@ inline void planesOf(const CandidateBlock& block, int first, const FilterEllipso
   const Mask reached = (beyond < 0.0) | (h_squared > beyond * beyond);
   result.near |= bitsOf(meet & reached & (s >= -slack)) << first;
   result.behind |= bitsOf(meet & (s <= 0.0)) << first;
+  store(n_E, result.n_E, first);
   store(s, result.height + first);
   store(h_squared, result.half_width_squared + first);
 }
 
-inline void pushesOf(const CandidateBlock& block, int first, const FilterEllipsoid& e, const KnownPush& push,
-                     double slack, PushTest& result) {
+inline void pushesOf(const CandidateBlock& block, const PlaneTest& plane, int first, const FilterEllipsoid& e,
+                     const KnownPush& push, double slack, PushTest& result) {
   const double r_max = e.radii.x > e.radii.y ? (e.radii.x > e.radii.z ? e.radii.x : e.radii.z)
                                              : (e.radii.y > e.radii.z ? e.radii.y : e.radii.z);
   const Vec3 p = push.p - e.c;
-  const double u_p = dot(push.u, p);
   LaneVec3 t[3], n, n_E;
   Lanes u_t[3], u_n, s, h_squared, b;
   for (int k = 0; k < 3; ++k) {
@@ -166,16 +166,15 @@ inline void pushesOf(const CandidateBlock& block, int first, const FilterEllipso
   Lanes highest;
   larger(u_t[0], u_t[1], highest);
   larger(highest, u_t[2], highest);
-  result.rises |= bitsOf(highest - u_p > kAbove) << first;
+  result.rises |= bitsOf(highest - dot(push.u, p) > kAbove) << first;
 
   // The plane, before the push and after it: h - s > depth - slack without the root.
   load(block.nhat, first, n);
   dot(push.u, n, u_n);
-  dot(n, t[0], s);
-  s = -s;
+  load(plane.height + first, s);
+  load(plane.half_width_squared + first, h_squared);
+  load(plane.n_E, first, n_E);
   const Lanes s_after = s + push.depth * u_n;
-  toFrame(e.axes, n, n_E);
-  scaledNorm(e.radii, n_E, h_squared);
   const Lanes reach = s + (push.depth - slack), reach_after = s_after - slack;
   result.deep |= bitsOf((reach < 0.0) | (h_squared > reach * reach)) << first;
   result.deep_after |= bitsOf((reach_after < 0.0) | (h_squared > reach_after * reach_after)) << first;
@@ -186,24 +185,23 @@ inline void pushesOf(const CandidateBlock& block, int first, const FilterEllipso
   const Mask clear = (s > 0.0) & (s * s * b > horizon);
   const Mask clear_after = (s_after > 0.0) & (s_after * s_after * b > horizon);
 
-  // The tilt: the edge that p is furthest beyond. m_t: along its outward normal m, from c to the edge.
+  // The tilt: the edge that p is furthest beyond, with the outward normal m.
   const Lanes zero = s - s;
-  Lanes beyond = zero - 1e300, m_t = zero;
+  Lanes beyond = zero - 1e300;
   LaneVec3 m{zero, zero, zero};
   for (int k = 0; k < 3; ++k) {
     LaneVec3 m_k;
-    Lanes m_p, m_tk;
+    Lanes beyond_k;
     load(block.edge[k], first, m_k);
-    dot(p, m_k, m_p);
-    dot(m_k, t[k], m_tk);
-    const Lanes beyond_k = m_p - m_tk;
+    dot(LaneVec3{p.x - t[k].x, p.y - t[k].y, p.z - t[k].z}, m_k, beyond_k);
     const Mask better = beyond_k > beyond;
     beyond = better ? beyond_k : beyond;
-    m_t = better ? m_tk : m_t;
-    m.x = better ? m_k.x : m.x;
-    m.y = better ? m_k.y : m.y;
-    m.z = better ? m_k.z : m.z;
+    select(better, m_k, m);
   }
+  Lanes m_t[3], edge_t;  // from c along m: of the corners, and of the edge, which stands furthest out
+  for (int k = 0; k < 3; ++k) dot(m, t[k], m_t[k]);
+  larger(m_t[0], m_t[1], edge_t);
+  larger(edge_t, m_t[2], edge_t);
   LaneVec3 m_E;
   toFrame(e.axes, m, m_E);
   const LaneVec3 rm{e.radii.x * m_E.x, e.radii.y * m_E.y, e.radii.z * m_E.z};
@@ -215,7 +213,7 @@ inline void pushesOf(const CandidateBlock& block, int first, const FilterEllipso
   load(block.size + first, size);
   const Lanes minus_m_An = -(rm.x * (e.radii.x * n_E.x) + rm.y * (e.radii.y * n_E.y) + rm.z * (e.radii.z * n_E.z));
   const Lanes left = minus_m_An * (minus_m_An > zero ? minus_m_An : -minus_m_An);
-  const Lanes right = m_t + kOutsideMargin * (size + r_max), right_after = right - push.depth * m_u;
+  const Lanes right = edge_t + kOutsideMargin * (size + r_max), right_after = right - push.depth * m_u;
   const Mask outside = left > right * (right > zero ? right : -right) * h_squared;
   const Mask outside_after = left > right_after * (right_after > zero ? right_after : -right_after) * h_squared;
 
@@ -227,20 +225,15 @@ inline void pushesOf(const CandidateBlock& block, int first, const FilterEllipso
   epsilon = epsilon > zero ? epsilon : zero;
   epsilon = epsilon < zero + 1.0 ? epsilon : zero + 1.0;
   const Lanes along = 1.0 - epsilon * m_u;
-  Lanes most = zero - 1e300, farthest;
-  for (int k = 0; k < 3; ++k) {
-    Lanes m_tk;
-    dot(m, t[k], m_tk);
-    const Lanes q_t = along * u_t[k] + epsilon * m_tk;
-    larger(most, q_t, most);
-  }
+  Lanes most = zero - 1e300;
+  for (int k = 0; k < 3; ++k) larger(most, along * u_t[k] + epsilon * m_t[k], most);
   const Vec3 ru{e.radii.x * dot(e.axes.x, push.u), e.radii.y * dot(e.axes.y, push.u),
                 e.radii.z * dot(e.axes.z, push.u)};
   const LaneVec3 rq{along * ru.x + epsilon * rm.x, along * ru.y + epsilon * rm.y, along * ru.z + epsilon * rm.z};
   Lanes h_q_squared;
   dot(rq, rq, h_q_squared);
-  farthest = (t[0].x > zero ? t[0].x : -t[0].x) + (t[0].y > zero ? t[0].y : -t[0].y) +
-             (t[0].z > zero ? t[0].z : -t[0].z) + size;
+  // The boxes meet, so that no corner is further from c than the one's half size and the other's side.
+  const Lanes farthest = (e.half_box.x + e.half_box.y + e.half_box.z) + 3.0 * size;
   const Lanes room = push.depth * (1.0 - kDepthMargin) - kLengthMargin * (farthest + r_max) - most;
   // m is square to n.
   const Mask below = (room > zero) & (h_q_squared <= room * room) & (along * u_n > kForwardMargin);
@@ -272,11 +265,12 @@ void planes(const CandidateBlock& block, const FilterEllipsoid& ellipsoid, doubl
     planesOf(block, first, ellipsoid, slack, result);
 }
 
-void pushes(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid, const KnownPush& push,
-            double slack, PushTest& result) {
+void pushes(const CandidateBlock& block, const PlaneTest& plane, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
+            const KnownPush& push, double slack, PushTest& result) {
   result = {};
   for (int first = 0; first < CandidateBlock::kWidth; first += EVS_LANES)
-    if ((wanted >> first & ((1u << EVS_LANES) - 1u)) != 0) pushesOf(block, first, ellipsoid, push, slack, result);
+    if ((wanted >> first & ((1u << EVS_LANES) - 1u)) != 0)
+      pushesOf(block, plane, first, ellipsoid, push, slack, result);
 }
 
 std::uint32_t overs(const CandidateBlock& block, const Vec3& c) {

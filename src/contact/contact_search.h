@@ -166,15 +166,15 @@ class ContactSearch {
     return lanes;
   }
 
-  KnownPush knownPush(const TriangleContact& contact, double depth) const {
-    return {Vec3::from(contact.nhat_W), Vec3::from(contact.trianglePoint()), ellipsoid_.halfWidth(contact.nhat_W),
-            depth};
+  KnownPush knownPush(const TriangleContact& contact) const {
+    const Vec3 u = Vec3::from(contact.nhat_W), lowest = Vec3::from(contact.p_WE_lowest);
+    return {u, lowest + contact.depth * u, dot(u, filter_.c - lowest), contact.depth};
   }
 
   /// Holds all that wait, but for `winner`, against its contact: what may be deeper is open, what may hold the
   /// ellipsoid after the push is held, and rises_ tells whether anything rises above the contact's plane.
   bool holdAgainst(int winner, const TriangleContact& contact) {
-    const KnownPush push = knownPush(contact, contact.depth);
+    const KnownPush push = knownPush(contact);
     std::uint32_t open = 0, rises = 0;
     PushTest test;
     for (std::size_t i = 0; i < near_.size(); ++i) {
@@ -183,7 +183,7 @@ class ContactSearch {
       if (winner >= 0 && winner / kWidth == static_cast<int>(i)) rivals &= ~(1u << winner % kWidth);
       near.open = near.held = 0;
       if (rivals == 0) continue;
-      testPush(blocks_[i], rivals, filter_, push, kPruneSlack, test);
+      testPush(blocks_[i], near.plane, rivals, filter_, push, kPruneSlack, test);
       near.open = rivals & test.deep & ~test.shallower;
       near.held = rivals & test.deep_after & ~test.cleared;
       open |= near.open;

@@ -43,13 +43,13 @@ void findContacts(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, 
   // The motion since the last accepted pose is at most one step's; twenty of them ahead is a good guess to be queried
   // once.
   constexpr double kStepsAhead = 20.0;
-  const Eigen::Vector3d travel =
-      memory.fresh ? Eigen::Vector3d::Zero().eval() : (kStepsAhead * (ellipsoid.p_WE - memory.posed.p_WE)).eval();
+  const Vec3 moved = memory.fresh ? Vec3{0.0, 0.0, 0.0} : filter.c - Vec3::from(memory.posed.p_WE);
+  const Eigen::Vector3d travel = (kStepsAhead * moved).toEigen();
   finder.behind_any = false;
   const auto search = [&]() {
-    const Eigen::Vector3d half = filter.half_box.toEigen();
+    const Vec3 low = filter.c - filter.half_box, high = filter.c + filter.half_box;
     const std::vector<Candidate>& candidates =
-        finder.cache.around(ellipsoid.p_WE - half, ellipsoid.p_WE + half, travel, terrain, options.cache);
+        finder.cache.around(low.toEigen(), high.toEigen(), travel, terrain, options.cache);
     result.count = 0;
     if (!candidates.empty()) ContactSearch(ellipsoid, filter, memory, options, candidates, finder).run(result);
   };

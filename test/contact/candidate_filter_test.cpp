@@ -75,7 +75,7 @@ void compare(RandomContactCases& random, const Vector3d& offset, Tally& tally) {
       PosedEllipsoid after = e;
       after.p_WE += known.depth * known.nhat_W;
       PushTest test;
-      testPush(cache.blocks()[b], planes.near, filter, push, 1e-9, test);
+      testPush(cache.blocks()[b], planes, planes.near, filter, push, 1e-9, test);
       for (int lane = 0; lane < CandidateBlock::kWidth; ++lane) {
         if ((planes.near >> lane & 1u) == 0) continue;
         const std::size_t i = b * CandidateBlock::kWidth + static_cast<std::size_t>(lane);
@@ -137,7 +137,7 @@ TEST(CandidateFilter, LeavesLittleToWorkOutBesideAWheelOnRollingGround) {
       PlaneTest planes;
       testPlanes(cache.blocks()[b], filter, 1e-9, planes);
       PushTest test;
-      testPush(cache.blocks()[b], planes.near, filter, push, 1e-9, test);
+      testPush(cache.blocks()[b], planes, planes.near, filter, push, 1e-9, test);
       for (int lane = 0; lane < CandidateBlock::kWidth; ++lane) {
         if ((planes.near >> lane & 1u) == 0 || b * CandidateBlock::kWidth + static_cast<std::size_t>(lane) == winner)
           continue;
@@ -177,7 +177,7 @@ TEST(CandidateFilter, EveryWidthGivesTheSameBits) {
       PlaneTest reference;
       testPlanes(FilterLanes::kTwo, block, filter, 1e-9, reference);
       PushTest pushed;
-      testPush(FilterLanes::kTwo, block, 0xffu, filter, push, 1e-9, pushed);
+      testPush(FilterLanes::kTwo, block, reference, 0xffu, filter, push, 1e-9, pushed);
       const std::uint32_t below = lanesBelow(FilterLanes::kTwo, block, filter.c);
       for (int lane = 0; lane < CandidateBlock::kWidth; ++lane) {
         double highest = -std::numeric_limits<double>::infinity();
@@ -194,7 +194,7 @@ TEST(CandidateFilter, EveryWidthGivesTheSameBits) {
         ASSERT_EQ(planes.near, reference.near);
         ASSERT_EQ(planes.behind, reference.behind);
         PushTest same;
-        testPush(lanes, block, 0xffu, filter, push, 1e-9, same);
+        testPush(lanes, block, reference, 0xffu, filter, push, 1e-9, same);
         ASSERT_EQ(std::memcmp(&same, &pushed, sizeof same), 0);
         ASSERT_EQ(lanesBelow(lanes, block, filter.c), below);
         for (int lane = 0; lane < CandidateBlock::kWidth; ++lane) {

@@ -22,6 +22,7 @@ struct PlaneTest {
   std::uint32_t behind;                                           ///< the boxes meet, and the centre is not in front.
   alignas(64) double height[CandidateBlock::kWidth];              ///< s of every lane [m].
   alignas(64) double half_width_squared[CandidateBlock::kWidth];  ///< h(n)^2 of every lane [m^2].
+  alignas(64) double n_E[3][CandidateBlock::kWidth];              ///< n along the ellipsoid's axes, of every lane.
 };
 
 /// A push that is known, to hold others against: along u, which brings the ellipsoid's lowest point to `p`.
@@ -50,19 +51,19 @@ FilterLanes widestFilterLanes();
 /// Works out all of a block from the corners and indices of its first `used` lanes, and sets the others.
 void fillBlock(CandidateBlock& block, int used);
 void testPlanes(const CandidateBlock& block, const FilterEllipsoid& ellipsoid, double slack, PlaneTest& result);
-/// The lanes in `wanted`, held against a push. The proofs are that of `cannotExceed` (ellipsoid_triangle.h) with a
-/// direction of the lane's own: u tilted outwards over the edge of the triangle that p is furthest beyond. On flat
-/// ground this shows every triangle but the one below to be shallower, with nothing solved.
-void testPush(const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
-              const KnownPush& push, double slack, PushTest& result);
+/// The lanes in `wanted`, all of them near by `plane`, held against a push. The proofs are that of `cannotExceed`
+/// (ellipsoid_triangle.h) with a direction of the lane's own: u tilted outwards over the edge of the triangle that p is
+/// furthest beyond. On flat ground this shows every triangle but the one below to be shallower, with nothing solved.
+void testPush(const CandidateBlock& block, const PlaneTest& plane, std::uint32_t wanted,
+              const FilterEllipsoid& ellipsoid, const KnownPush& push, double slack, PushTest& result);
 /// The lanes whose triangle c lies straight above or below, seen along its normal.
 std::uint32_t lanesBelow(const CandidateBlock& block, const Vec3& c);
 /// The same by kernels of a given width, to show that all give the same bits; the machine must have it.
 void fillBlock(FilterLanes lanes, CandidateBlock& block, int used);
 void testPlanes(FilterLanes lanes, const CandidateBlock& block, const FilterEllipsoid& ellipsoid, double slack,
                 PlaneTest& result);
-void testPush(FilterLanes lanes, const CandidateBlock& block, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
-              const KnownPush& push, double slack, PushTest& result);
+void testPush(FilterLanes lanes, const CandidateBlock& block, const PlaneTest& plane, std::uint32_t wanted,
+              const FilterEllipsoid& ellipsoid, const KnownPush& push, double slack, PushTest& result);
 std::uint32_t lanesBelow(FilterLanes lanes, const CandidateBlock& block, const Vec3& c);
 
 }  // namespace ellipsoid_vehicle_sim
