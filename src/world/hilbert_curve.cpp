@@ -35,30 +35,38 @@ constexpr unsigned enter(State& state, unsigned part) {
   return place;
 }
 
-/// Two levels at once, for every state and two parts: the next state, times the number of parts, plus the place.
-template <unsigned kAxes>
-struct TwoLevels {
-  static constexpr unsigned kParts = 1u << (2 * kAxes), kMask = kParts - 1u;
+/// Several levels at once, for every state and that many parts: the next state, times the number of parts, plus the
+/// place.
+template <unsigned kAxes, unsigned kLevels>
+struct Levels {
+  static constexpr unsigned kBits = kAxes * kLevels, kParts = 1u << kBits, kMask = kParts - 1u;
   std::array<std::uint16_t, (1u << kAxes) * kAxes * kParts> next{};
-  constexpr TwoLevels() {
+  constexpr Levels() {
     for (unsigned from = 0; from < (1u << kAxes) * kAxes; ++from) {
       for (unsigned parts = 0; parts < kParts; ++parts) {
         State state{from / kAxes, from % kAxes};
-        const unsigned first = enter<kAxes>(state, parts >> kAxes);
-        const unsigned second = enter<kAxes>(state, parts & ((1u << kAxes) - 1u));
-        next[from * kParts + parts] =
-            static_cast<std::uint16_t>((state.entry * kAxes + state.axis) * kParts + (first << kAxes) + second);
+        unsigned place = 0;
+        for (unsigned level = kLevels; level-- > 0;)
+          place = place << kAxes | enter<kAxes>(state, parts >> (level * kAxes) & ((1u << kAxes) - 1u));
+        next[from * kParts + parts] = static_cast<std::uint16_t>((state.entry * kAxes + state.axis) * kParts + place);
       }
     }
   }
 };
-constexpr TwoLevels<2> kPlane;
-constexpr TwoLevels<3> kSpace;
+constexpr Levels<2, 2> kPlane;
+constexpr Levels<2, 4> kPlaneByFour;
+constexpr Levels<3, 2> kSpace;
 
 /// Two levels' bits of one axis, at the places they have among the parts.
-template <unsigned kAxes>
-constexpr std::uint32_t spread(std::uint32_t two_bits) {
-  return (two_bits & 1u) | (two_bits & 2u) << (kAxes - 1);
+constexpr std::uint32_t spread(std::uint32_t two_bits) { return (two_bits & 1u) | (two_bits & 2u) << 2; }
+
+/// The lower sixteen bits, each followed by a zero.
+constexpr std::uint32_t spreadInPlane(std::uint32_t x) {
+  x &= 0xffffu;
+  x = (x | x << 8) & 0x00ff00ffu;
+  x = (x | x << 4) & 0x0f0f0f0fu;
+  x = (x | x << 2) & 0x33333333u;
+  return (x | x << 1) & 0x55555555u;
 }
 
 int bitLength(std::int32_t x) { return x == 0 ? 0 : 32 - __builtin_clz(static_cast<unsigned>(x)); }
@@ -76,18 +84,28 @@ HilbertCurve::HilbertCurve(const std::array<std::int32_t, 3>& side) : axis_{0, 1
 std::uint32_t HilbertCurve::place(const std::array<std::int32_t, 3>& cell) const {
   std::array<std::uint32_t, 3> at;
   for (std::size_t k = 0; k < 3; ++k) at[k] = static_cast<std::uint32_t>(cell[axis_[k]]) >> shift_;
+  // The plane's parts one after the other, two bits a level, the last level in the lowest.
+  const std::uint32_t parts = spreadInPlane(at[0] >> deep_levels_) | spreadInPlane(at[1] >> deep_levels_) << 1;
   std::uint32_t place = 0;
-  unsigned state = 0;
-  int shift = flat_levels_ + deep_levels_ - 2;
-  for (; shift >= deep_levels_; shift -= 2) {
-    const unsigned to = kPlane.next[state + (spread<2>(at[0] >> shift) | spread<2>(at[1] >> shift) << 1)];
-    place = place << 4 | (to & kPlane.kMask);
-    state = to & ~kPlane.kMask;
+  unsigned state = 0;  // times the number of parts of a table
+  int level = flat_levels_;
+  if (level % 4 != 0) {
+    level -= 2;
+    const unsigned to = kPlane.next[parts >> 2 * level & kPlane.kMask];
+    place = to & kPlane.kMask;
+    state = (to & ~kPlane.kMask) << (kPlaneByFour.kBits - kPlane.kBits);
   }
-  for (state = 0; shift >= 0; shift -= 2) {
-    const unsigned to = kSpace.next[state + (spread<3>(at[0] >> shift) | spread<3>(at[1] >> shift) << 1 |
-                                             spread<3>(at[2] >> shift) << 2)];
-    place = place << 6 | (to & kSpace.kMask);
+  while (level > 0) {
+    level -= 4;
+    const unsigned to = kPlaneByFour.next[state + (parts >> 2 * level & kPlaneByFour.kMask)];
+    place = place << kPlaneByFour.kBits | (to & kPlaneByFour.kMask);
+    state = to & ~kPlaneByFour.kMask;
+  }
+  state = 0;
+  for (int shift = deep_levels_ - 2; shift >= 0; shift -= 2) {
+    const unsigned to =
+        kSpace.next[state + (spread(at[0] >> shift) | spread(at[1] >> shift) << 1 | spread(at[2] >> shift) << 2)];
+    place = place << kSpace.kBits | (to & kSpace.kMask);
     state = to & ~kSpace.kMask;
   }
   return place;

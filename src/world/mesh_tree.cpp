@@ -1,7 +1,10 @@
 #include "ellipsoid_vehicle_sim/world/mesh_tree.h"
 
 #include <algorithm>
+#include <limits>
+#include <memory>
 
+#include "ellipsoid_vehicle_sim/geometry/small_vector.h"
 #include "hilbert_curve.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -16,23 +19,43 @@ constexpr int kIndexBits = 31, kClassShift = kIndexBits + HilbertCurve::kPlaceBi
 constexpr std::uint64_t kIndexMask = (std::uint64_t{1} << kIndexBits) - 1;
 static_assert(kClassShift + 3 <= 64 && kSizeClasses <= 8, "an entry is 64 bits");
 
-/// Stable counting sort by the bits from `low_bit` up, eleven at a time, to and fro between the entries and `sorted`;
-/// digits that all entries share cost one pass of reading.
-void radixSort(std::vector<std::uint64_t>& entries, std::vector<std::uint64_t>& sorted, int low_bit, int bits) {
-  constexpr int kDigitBits = 11;
+/// Memory that is not set before it is written: fresh memory is slow enough.
+template <typename T>
+class Room {
+ public:
+  explicit Room(std::size_t size = 0) : data_(size == 0 ? nullptr : new T[size]), size_(size) {}
+  T& operator[](std::size_t i) { return data_[i]; }
+  const T& operator[](std::size_t i) const { return data_[i]; }
+  T* begin() { return data_.get(); }
+  T* end() { return data_.get() + size_; }
+  std::size_t size() const { return size_; }
+  void swap(Room& other) { data_.swap(other.data_), std::swap(size_, other.size_); }
+
+ private:
+  std::unique_ptr<T[]> data_;
+  std::size_t size_;
+};
+
+/// Stable counting sort by the bits from kIndexBits up, eleven at a time, to and fro between the entries and `sorted`.
+/// All digits are counted in one pass of reading; those that all entries share cost no other.
+void radixSort(Room<std::uint64_t>& entries, Room<std::uint64_t>& sorted) {
+  constexpr int kDigitBits = 11, kDigits = (64 - kIndexBits) / kDigitBits;
+  static_assert(kIndexBits + kDigits * kDigitBits == 64);
   constexpr std::uint64_t kDigitMask = (1u << kDigitBits) - 1;
-  sorted.resize(entries.size());
-  for (int shift = low_bit; shift < low_bit + bits; shift += kDigitBits) {
-    std::array<std::uint32_t, kDigitMask + 1> place{};
-    for (const std::uint64_t e : entries) ++place[(e >> shift) & kDigitMask];
-    if (place[(entries[0] >> shift) & kDigitMask] == entries.size()) continue;
+  std::array<std::array<std::uint32_t, kDigitMask + 1>, kDigits> places{};
+  for (const std::uint64_t e : entries)
+    for (int digit = 0; digit < kDigits; ++digit) ++places[digit][e >> (kIndexBits + digit * kDigitBits) & kDigitMask];
+  for (int digit = 0; digit < kDigits; ++digit) {
+    const int shift = kIndexBits + digit * kDigitBits;
+    auto& place = places[digit];
+    if (place[entries[0] >> shift & kDigitMask] == entries.size()) continue;
     std::uint32_t sum = 0;
     for (std::uint32_t& p : place) {
       const std::uint32_t count = p;
       p = sum;
       sum += count;
     }
-    for (const std::uint64_t e : entries) sorted[place[(e >> shift) & kDigitMask]++] = e;
+    for (const std::uint64_t e : entries) sorted[place[e >> shift & kDigitMask]++] = e;
     entries.swap(sorted);
   }
 }
@@ -47,12 +70,16 @@ class MeshTreeBuilder {
   using Corners = std::array<std::uint32_t, 3>;
 
   MeshTreeBuilder(MeshTree& tree, const std::vector<Eigen::Vector3d>& vertices, const std::vector<Corners>& triangles)
-      : tree_(tree), triangles_(triangles) {
-    cells_.resize(vertices.size());
+      : tree_(tree),
+        triangles_(triangles),
+        cells_(vertices.size()),
+        entries_(triangles.size()),
+        sorted_(triangles.size()) {
     for (std::size_t v = 0; v < vertices.size(); ++v) {
       // Vertices that no triangle uses may lie outside of the grid, or be no numbers; nobody asks for their cells.
       if (!tree_.bounds_.contains(vertices[v])) continue;
       for (Eigen::Index k = 0; k < 3; ++k) cells_[v][static_cast<std::size_t>(k)] = tree_.cellOf(vertices[v][k], k);
+      cells_[v][3] = 0;
     }
   }
 
@@ -101,8 +128,7 @@ class MeshTreeBuilder {
   /// entries_: by size class, then along the curve, then by index.
   void sortTriangles() {
     const std::size_t count = triangles_.size();
-    entries_.resize(count);
-    std::vector<std::uint8_t> size_bits(count);
+    Room<std::uint8_t> size_bits(count);
     const HilbertCurve curve({tree_.cellOf(tree_.bounds_.max().x(), 0), tree_.cellOf(tree_.bounds_.max().y(), 1),
                               tree_.cellOf(tree_.bounds_.max().z(), 2)});
     int least_bits = 31, most_bits = 0;
@@ -120,7 +146,7 @@ class MeshTreeBuilder {
         entries_[i] |= static_cast<std::uint64_t>(size_class) << kClassShift;
       }
     }
-    radixSort(entries_, sorted_, kIndexBits, 64 - kIndexBits);
+    radixSort(entries_, sorted_);
     refineRuns(0, count, kIndexBits);
   }
 
@@ -262,16 +288,23 @@ class MeshTreeBuilder {
 
   MeshTree& tree_;
   const std::vector<Corners>& triangles_;
-  std::vector<Cells> cells_;                     ///< of the vertices.
-  std::vector<std::uint64_t> entries_, sorted_;  ///< sorted_ is room to sort in: fresh memory is slow.
+  Room<Cells> cells_;                     ///< of the vertices.
+  Room<std::uint64_t> entries_, sorted_;  ///< sorted_ is room to sort in.
 };
 
 MeshTree::MeshTree(const std::vector<Eigen::Vector3d>& vertices,
                    const std::vector<std::array<std::uint32_t, 3>>& triangles) {
   if (triangles.empty()) return;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Vec3 low{kInfinity, kInfinity, kInfinity}, high = -low;
   for (const auto& triangle : triangles) {
-    for (const std::uint32_t v : triangle) bounds_.extend(vertices[v]);
+    for (const std::uint32_t v : triangle) {
+      const Vec3 p = Vec3::from(vertices[v]);
+      low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    }
   }
+  bounds_ = {low.toEigen(), high.toEigen()};
   const double side = bounds_.sizes().maxCoeff();
   // Below this side the number of cells in a metre would overflow; then all is in one cell.
   if (side > 1e-290) cells_per_metre_ = kLastCell / side;
