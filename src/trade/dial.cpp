@@ -18,7 +18,7 @@ const char* const kAsked[] = {"0.1", "fast", "balanced", "0.0001"};
 double cheapestCost(const std::vector<StudyRow>& rows, double target) {
   double cheapest = std::numeric_limits<double>::quiet_NaN();
   for (const StudyRow& row : rows) {
-    if (row.status != RowStatus::kOk || row.factor != "step" || row.run.beyond_limit) continue;
+    if (row.status != RowStatus::kOk || !row.ownModel() || row.run.beyond_limit) continue;
     if (row.relative_error <= target && !(row.run.cost.least >= cheapest)) cheapest = row.run.cost.least;
   }
   return cheapest;
@@ -40,7 +40,8 @@ std::vector<DialRow> studyDial(const LoadedScene& loaded, const StudyBudget& bud
     const SimConfig defaults;
     config.integrator = defaults.integrator;
     config.dt = defaults.dt;
-    config.integrator_given = config.dt_given = config.allow_unstable = false;
+    config.contact_substeps = defaults.contact_substeps;
+    config.integrator_given = config.dt_given = config.substeps_given = config.allow_unstable = false;
     config.accuracy = asked;
     const Loaded<Simulator> started = startScene(loaded, config);
     if (!started || !reference.usable) {
@@ -50,9 +51,11 @@ std::vector<DialRow> studyDial(const LoadedScene& loaded, const StudyBudget& bud
     }
     row.chosen.integrator = toString(started.value->config().integrator);
     row.chosen.dt = started.value->config().dt;
+    row.chosen.substeps = started.value->config().contact_substeps;
     config.accuracy.clear();
     config.integrator = started.value->config().integrator;
     config.dt = started.value->config().dt;
+    config.contact_substeps = started.value->config().contact_substeps;
     MeasureOptions options;
     options.errors = false;
     options.repeat_budget = budget.repeats;
@@ -67,11 +70,11 @@ std::vector<DialRow> studyDial(const LoadedScene& loaded, const StudyBudget& bud
 }
 
 std::string dialCsv(const std::vector<DialRow>& rows) {
-  std::string table = "scene,accuracy,target,integrator,dt,relative_error,met,cpu_ms_per_s,cheapest_cpu_ms_per_s,affordable\n";
+  std::string table = "scene,accuracy,target,integrator,dt,contact_substeps,relative_error,met,cpu_ms_per_s,cheapest_cpu_ms_per_s,affordable\n";
   for (const DialRow& row : rows) {
     char line[320];
-    std::snprintf(line, sizeof line, "%s,%s,%g,%s,%g,%.3g,%d,%.4g,", row.scene.c_str(), row.accuracy.c_str(), row.target,
-                  row.chosen.integrator.c_str(), row.chosen.dt, row.error, row.met() ? 1 : 0, 1e3 * row.cost);
+    std::snprintf(line, sizeof line, "%s,%s,%g,%s,%g,%g,%.3g,%d,%.4g,", row.scene.c_str(), row.accuracy.c_str(), row.target,
+                  row.chosen.integrator.c_str(), row.chosen.dt, row.chosen.substeps, row.error, row.met() ? 1 : 0, 1e3 * row.cost);
     table += line;
     char cheapest[32] = "";
     if (std::isfinite(row.cheapest_cost)) std::snprintf(cheapest, sizeof cheapest, "%.4g", 1e3 * row.cheapest_cost);

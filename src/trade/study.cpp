@@ -27,6 +27,7 @@ SimConfig configAt(const Scene& scene, const Setting& setting) {
   SimConfig config = scene.config;
   ParameterValues values = {{"integrator", setting.integrator},
                             {"dt", setting.dt},
+                            {"contact_substeps", setting.substeps},
                             {"contact_rule", setting.contact_rule},
                             {"contacts_per_ellipsoid", setting.contacts_per_ellipsoid}};
   if (setting.friction != "default") {
@@ -58,6 +59,7 @@ StudyBudget StudyBudget::normal() {
   budget.reference = 3.0;
   budget.cells = 24.0;
   budget.repeats = 0.1;
+  budget.substeps = {1.0, 16.0};
   return budget;
 }
 
@@ -105,6 +107,14 @@ std::vector<std::pair<Setting, std::string>> settingsOf(const StudyBudget& budge
       }
     }
   }
+  for (const double substeps : budget.substeps)
+    for (const double dt : budget.steps) {
+      Setting setting;
+      setting.integrator = toString(IntegratorKind::kRk4Events);
+      setting.substeps = substeps;
+      setting.dt = dt;
+      settings.emplace_back(setting, "substeps");
+    }
   return settings;
 }
 
@@ -133,15 +143,17 @@ std::vector<StudyRow> studyScene(const LoadedScene& loaded, const StudyBudget& b
 
   spent_on_references = 0.0;
   const double begun = threadTime();
-  std::vector<std::pair<std::string, double>> per_tick;  // the latest known cost of a tick of an integrator
+  // The latest known cost of a tick of a method.
+  std::vector<std::pair<std::pair<std::string, double>, double>> per_tick;
   for (std::size_t n = 0; n < order.size(); ++n) {
     const auto& [setting, factor] = settings[order[n]];
     StudyRow row;
     row.scene = scene.name;
     row.factor = factor;
     row.setting = setting;
-    const auto known = std::find_if(per_tick.begin(), per_tick.end(),
-                                    [&s = setting](const auto& entry) { return entry.first == s.integrator; });
+    const std::pair<std::string, double> method{setting.integrator, setting.substeps};
+    const auto known =
+        std::find_if(per_tick.begin(), per_tick.end(), [&method](const auto& entry) { return entry.first == method; });
     const double ticks = scene.duration / setting.dt;
     const double tick = known == per_tick.end() ? tickCost(loaded, setting) : known->second;
     // A run for the cost and one to look at it; with headings, one for each.
@@ -161,7 +173,7 @@ std::vector<StudyRow> studyScene(const LoadedScene& loaded, const StudyBudget& b
       if (row.status == RowStatus::kOk) {
         const double cost = row.run.cost.least * setting.dt;
         if (known == per_tick.end()) {
-          per_tick.emplace_back(setting.integrator, cost);
+          per_tick.emplace_back(method, cost);
         } else {
           known->second = cost;
         }

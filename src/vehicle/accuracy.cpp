@@ -41,6 +41,12 @@ IntegratorKind kindOf(const std::string& name) {
   return IntegratorKind::kRk4;
 }
 
+// That the certificate allows: of rk4_events what it says of RK4, times the sub-steps.
+double largestStep(const StabilityCertificate& certificate, IntegratorKind integrator, double substeps) {
+  if (substeps == 0.0) return certificate.largestStep(integrator);
+  return substeps * certificate.largestStep(IntegratorKind::kRk4);
+}
+
 double fastestMode(const StabilityCertificate& certificate) {
   double fastest = 0.0;
   for (const StabilityMode& mode : certificate.modes) fastest = std::max(fastest, mode.frequency);
@@ -79,7 +85,7 @@ AccuracyChoice chooseAccuracy(double target, SceneKind kind, const StabilityCert
     for (const AccuracyPoint& point : curves) {
       if (point.kind != kind) continue;
       const IntegratorKind integrator = kindOf(point.integrator);
-      const double held = kMargin * certificate.largestStep(integrator);
+      const double held = kMargin * largestStep(certificate, integrator, point.substeps);
       const double asked = fastest > 0.0 ? point.omega_dt / fastest : kLongestStep;
       const double dt = roundStep(std::min({asked, held, kLongestStep}));
       if (dt > held) continue;
@@ -87,7 +93,7 @@ AccuracyChoice chooseAccuracy(double target, SceneKind kind, const StabilityCert
       const double cost = point.tick_cost / dt;
       if (point.error > error || cost >= best.cost) continue;
       best.cost = cost;
-      best.choice = {integrator, dt, point.error, true, ""};
+      best.choice = {integrator, dt, point.substeps, point.error, true, ""};
       best.bound = asked <= held ? "by its measured error" : "by the stability certificate";
     }
     return best;
@@ -97,11 +103,12 @@ AccuracyChoice chooseAccuracy(double target, SceneKind kind, const StabilityCert
     best = cheapest(kNearly * least_error);
     best.choice.reached = false;
   }
-  char text[320];
+  char text[360], substeps[60] = "";
+  if (best.choice.substeps > 0.0) std::snprintf(substeps, sizeof substeps, " with %g contact sub-steps", best.choice.substeps);
   std::snprintf(text, sizeof text,
-                "%s at %.4g s, the step bounded %s (fastest mode %.4g rad/s); scenes measured of this kind (%s) stay "
+                "%s%s at %.4g s, the step bounded %s (fastest mode %.4g rad/s); scenes measured of this kind (%s) stay "
                 "below %.2g m per metre%s",
-                toString(best.choice.integrator), best.choice.dt, best.bound, fastest, toString(kind),
+                toString(best.choice.integrator), substeps, best.choice.dt, best.bound, fastest, toString(kind),
                 best.choice.expected_error, best.choice.reached ? "" : ": no measured setting reaches what was asked, this is nearly the most exact");
   best.choice.reason = text;
   return best.choice;

@@ -50,7 +50,7 @@ void advanceBasePositions(double h, const Rate& k, State& x) {
 /// (a + 2 b + 2 c + d) / 6, of numbers and vectors.
 template <typename Value>
 Value rk4Mean(const Value& a, const Value& b, const Value& c, const Value& d) {
-  return (a + 2.0 * b + 2.0 * c + d) / 6.0;
+  return (1.0 / 6.0) * ((a + d) + 2.0 * (b + c));
 }
 
 template <typename Rate>

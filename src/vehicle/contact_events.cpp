@@ -14,12 +14,15 @@ namespace {
 constexpr double kLocated = 1e-6;
 // Trials per event; halving alone needs twenty.
 constexpr int kMostTrials = 32;
+// So many trials may fail to halve the bracket before one is made to: estimates close in from one side.
+constexpr int kPatience = 5;
 // Events that are located in one tick; later ones of the same tick (a body that rattles) are stepped over.
 constexpr int kMostEvents = 12;
 // Halvings of a step in which a stage met a contact that its end did not.
 constexpr int kMostHalvings = 5;
-// A trial is put this far beyond the estimate, in parts of its distance, so that the bracket closes from both sides.
-constexpr double kBeyond = 0.02;
+// An estimate from `d` away is off by about this part of d^2 over the step, for that is how the depth bends. A trial is put so
+// far beyond it: on the side where the ellipsoid touches, for only there it tells the next estimate.
+constexpr double kBend = 0.15;
 
 std::uint64_t bitOf(int ellipsoid) { return std::uint64_t{1} << (ellipsoid & 63); }
 
@@ -77,12 +80,14 @@ TickStepper::Trial TickStepper::tryStep(const VehicleState& state, double h) {
 
 // The last moment found before the ellipsoid begins or ceases to press, and the first one `after`. At h, the last trial,
 // it has. Where it touches, depth and speed of the depth say when that began; where it comes off, the push of two moments
-// says when it ends.
+// says when it ends, and at the start its depth and speed.
 double TickStepper::locate(const VehicleState& state, int ellipsoid, double h, double& after) {
   const double tolerance = kLocated * config_.dt;
   const bool touches = (pressed_ & bitOf(ellipsoid)) == 0;
+  const Touch& start = start_touch_[static_cast<std::size_t>(ellipsoid)];
   double low = 0.0, high = h, estimate = 0.5 * h, from = 0.0;
-  double known_at = 0.0, known_push = start_push_[static_cast<std::size_t>(ellipsoid)];
+  double known_at = 0.0, known_push = start.push;
+  if (!touches && start.speed < 0.0) estimate = -start.push / start.speed;
   const auto learn = [&](double at, const Touch& touch) {
     if (!touch.known) return;
     if (touches) {
@@ -96,11 +101,17 @@ double TickStepper::locate(const VehicleState& state, int ellipsoid, double h, d
     from = at;
   };
   learn(h, touchOf(trial_, ellipsoid));
+  int patience = kPatience;
   for (int i = 0; i < kMostTrials && high - low > tolerance; ++i) {
-    const double beyond = std::max(kBeyond * std::abs(estimate - from), 0.3 * tolerance);
-    double at = high - estimate < estimate - low ? estimate - beyond : estimate + beyond;
-    if (!(at > low && at < high) || i % 4 == 3) at = 0.5 * (low + high);
+    const double distance = estimate - from;
+    const double beyond = std::max(kBend * distance * distance / h, 0.3 * tolerance);
+    // A touch-down from above until that side is closed; a lift-off from below.
+    const bool above = touches ? high - estimate > tolerance : estimate - low <= tolerance;
+    double at = above ? estimate + beyond : estimate - beyond;
+    if (!(at > low && at < high) || patience == 0) at = 0.5 * (low + high);
+    const double bracket = high - low;
     (tryStep(state, at).ends_as_begun ? low : high) = at;
+    patience = high - low <= 0.5 * bracket ? kPatience : patience - 1;
     learn(at, touchOf(trial_, ellipsoid));
   }
   after = high;
@@ -114,7 +125,7 @@ double TickStepper::nextStep(const VehicleState& state, double h, double& crossi
   dynamics_.rate(state.motion, 0.0, k_[0]);
   pressed_ = pressing();
   for (const ActiveContact& active : dynamics_.activeContacts())
-    start_push_[static_cast<std::size_t>(active.ellipsoid)] = touchOf(state.motion, active.ellipsoid).push;
+    start_touch_[static_cast<std::size_t>(active.ellipsoid)] = touchOf(state.motion, active.ellipsoid);
   if (crossing > 0.0) {
     h = std::min(h, crossing);
     crossing = 0.0;

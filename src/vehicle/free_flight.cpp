@@ -65,15 +65,17 @@ void rk4StepOfEvents(const FlightSystem& system, BaseMotion& x, double h, BaseRa
 }  // namespace
 
 FreeTurning::FreeTurning(const Symmetric3& I)
-    : I_(I), lyx_(I.xy / I.xx), lzx_(I.xz / I.xx), inverse_x_(1.0 / I.xx) {
+    : I_(I), principal_(I.xy == 0.0 && I.xz == 0.0 && I.yz == 0.0), lyx_(I.xy / I.xx), lzx_(I.xz / I.xx), inverse_x_(1.0 / I.xx) {
   const double dy = I.yy - lyx_ * I.xy;
   inverse_y_ = 1.0 / dy;
   lzy_ = (I.yz - lzx_ * I.xy) * inverse_y_;
   inverse_z_ = 1.0 / (I.zz - lzx_ * I.xz - lzy_ * lzy_ * dy);
+  ratio_ = {(I.yy - I.zz) / I.xx, (I.zz - I.xx) / I.yy, (I.xx - I.yy) / I.zz};
 }
 
 Vec3 FreeTurning::acceleration(const Frame3& R_WB, const Vec3& w_W) const {
   const Vec3 w = toFrame(R_WB, w_W);
+  if (principal_) return fromFrame(R_WB, Vec3{ratio_.x * (w.y * w.z), ratio_.y * (w.z * w.x), ratio_.z * (w.x * w.y)});
   const Vec3 b = cross(I_ * w, w);
   const double by = b.y - lyx_ * b.x;
   const double z = (b.z - lzx_ * b.x - lzy_ * by) * inverse_z_;

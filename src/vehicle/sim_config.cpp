@@ -25,6 +25,7 @@ Problems SimConfig::validate() const {
     if (!accuracyTarget(accuracy)) fail("accuracy", "'" + accuracy + "' is neither fast, balanced, exact nor a number from 1e-9 to 1");
     if (dt_given || dt != defaults.dt) both("dt");
     if (integrator_given || integrator != defaults.integrator) both("integrator");
+    if (substeps_given || contact_substeps != defaults.contact_substeps) both("contact_substeps");
     if (allow_unstable) both("allow_unstable");
   }
   if (damping && !stiffness) fail("damping", "is given without stiffness; give both, or contact_time and restitution");

@@ -64,8 +64,8 @@ ParameterTable<SimConfig> simConfigParameters() {
           "explicit_euler is a baseline; rk4_events finds the moment of touch-down and lift-off and takes smaller steps "
           "in contact; dormand_prince chooses its steps within the tick by their error; linearly_implicit holds stiff "
           "vehicles at large ticks. See docs/integrators.md."), &C::integrator_given),
-      wholeParameter("contact_substeps", "-", 1, 64, &C::contact_substeps,
-                     "Steps to a tick while anything presses; rk4_events only."),
+      given(wholeParameter("contact_substeps", "-", 1, 64, &C::contact_substeps,
+                           "Steps to a tick while anything presses; rk4_events only."), &C::substeps_given),
       numberParameter("error_tolerance", "m", 1e-12, 1e-2, &C::error_tolerance,
                       "Local error that a step within the tick may make; dormand_prince only."),
       wholeParameter("error_estimate_every", "ticks", 0, 1e6, &C::error_estimate_every,

@@ -61,6 +61,7 @@ Loaded<Simulator> Simulator::createForAccuracy(const VehicleDescription& vehicle
   const AccuracyChoice choice = chooseAccuracy(target, kind, result.value->certificate(), accuracyCurves());
   config.integrator = choice.integrator;
   config.dt = choice.dt;
+  if (choice.substeps > 0.0) config.contact_substeps = choice.substeps;
   result = create(vehicle, terrain, config);
   std::string smaller;
   for (int i = 0; i < 20 && result && result.value->isBeyondCertificate(); ++i) {

@@ -114,11 +114,13 @@ bool Simulator::Impl::beginTick() {
   }
   // The memories of contacts change in accept() only, which hands over the old ones.
   previous.motion = state.motion;
-  previous.profiles = state.profiles;
-  previous.treads = state.treads;
-  if (driven || state.drive.has_command) previous.drive = state.drive;
-  // One command for the whole tick: every evaluation sees the same input.
-  if (driven || state.drive.has_command) updateDrive(model, config, state, timed_out);
+  if (driven || state.drive.has_command) {
+    previous.profiles = state.profiles;
+    previous.treads = state.treads;
+    previous.drive = state.drive;
+    // One command for the whole tick: every evaluation sees the same input.
+    updateDrive(model, config, state, timed_out);
+  }
   resting = config.rest_detection && isStill(state) && isLeftAlone(state) && balanced();
   return timed_out;
 }

@@ -55,7 +55,7 @@ TickStepper::TickStepper(const VehicleModel& model, const SimConfig& config, Veh
       scratch_(dynamics.makeMotion()),
       reach_(armOf(model, 0)),
       always_substep_(!model.dynamic_joints.empty()),
-      start_push_(model.ellipsoids.size(), 0.0),
+      start_touch_(model.ellipsoids.size()),
       implicit_(6 + static_cast<int>(model.dynamic_joints.size())),
       flight_(model, config, dynamics.terrain()) {
   for (MotionRate& k : k_) k = dynamics.makeRate();

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "support/motions.h"
+#include "vehicles.h"
 #include "workloads.h"
 
 namespace ellipsoid_vehicle_sim::test {
@@ -58,16 +59,33 @@ void flyCar(benchmark::State& state, const SimConfig& config) {
   ticks(state, simulator, {}, 2000);
 }
 
+void flyCompound(benchmark::State& state, const SimConfig& config) {
+  Simulator simulator = make(fiveEllipsoids(), terrainOf(flatSoup(40, 10.0)), config);
+  placeAt(simulator, {100.3, 100.7, 1000.0}, {3.0, 0.0, 0.0}, {0.1, 0.2, 0.3});
+  ticks(state, simulator, {}, 2000);
+}
+
+/// Lies on its four wheels; with rest detection the ticks before it is found at rest are not measured.
+void lay(benchmark::State& state, const VehicleDescription& vehicle, const SimConfig& config) {
+  Simulator simulator = make(vehicle, terrainOf(flatSoup(40, 10.0)), config);
+  standAt(simulator, 100.3, 100.7, 0.0);
+  for (int i = 0; i < 20000 && !(config.rest_detection && simulator.isResting()); ++i)
+    if (simulator.step() != StepStatus::kOk) return state.SkipWithError("diverged");
+  if (config.rest_detection != simulator.isResting()) return state.SkipWithError("does not rest");
+  constexpr int kTicks = 2000;
+  for (auto _ : state)
+    for (int i = 0; i < kTicks; ++i) simulator.step();
+  state.counters["ns_per_tick"] = benchmark::Counter(static_cast<double>(state.iterations() * kTicks) * 1e-9,
+                                                     benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+
+void layCompound(benchmark::State& state, const SimConfig& config) { lay(state, fiveEllipsoids(), config); }
+void parkCar(benchmark::State& state, const SimConfig& config) { lay(state, car(), config); }
+
 void driveCar(benchmark::State& state, const SimConfig& config) {
   Simulator simulator = make(car(), terrainOf(hills(100)), config);
   standAt(simulator, 0.0, -12.0, 0.0);
   ticks(state, simulator, [](Simulator& s) { s.command(twist(5.0, 5.0 / 12.0)); }, 3000);
-}
-
-void parkCar(benchmark::State& state, const SimConfig& config) {
-  Simulator simulator = make(car(), terrainOf(flatSoup(40, 10.0)), config);
-  standAt(simulator, 100.0, 100.0, 0.0);
-  ticks(state, simulator, {}, 2000);
 }
 
 void registerAll() {
@@ -83,6 +101,9 @@ void registerAll() {
     add("ball, rolls", rollBall, integrator);
     add("ball, flies", flyBall, integrator);
     add("ball, flies, nothing left out", flyBall, integrator, unsaved);
+    add("compound of five, stands", layCompound, integrator);
+    add("compound of five, flies", flyCompound, integrator);
+    add("compound of five, rests", layCompound, integrator, [](SimConfig& c) { c.rest_detection = true; });
     add("car, drives", driveCar, integrator);
     add("car, drives, nothing left out", driveCar, integrator, unsaved);
     add("car, drives, no triangles kept", driveCar, integrator, [](SimConfig& c) { c.candidate_cache = false; });
@@ -94,7 +115,7 @@ void registerAll() {
     add("car, drives, error estimate every 10 ticks", driveCar, integrator, [](SimConfig& c) { c.error_estimate_every = 10.0; });
     add("car, flies", flyCar, integrator);
     add("car, parked", parkCar, integrator);
-    add("car, parked, rest detected", parkCar, integrator, [](SimConfig& c) { c.rest_detection = true; });
+    add("car, rests", parkCar, integrator, [](SimConfig& c) { c.rest_detection = true; });
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include "ellipsoid_vehicle_sim/vehicle/fleet.h"
 #include "support/motions.h"
+#include "vehicles.h"
 #include "workloads.h"
 
 namespace ellipsoid_vehicle_sim::test {
@@ -17,15 +18,6 @@ SimConfig configOf(IntegratorKind integrator, ContactsPerEllipsoid contacts) {
   config.contacts_per_ellipsoid = contacts;
   config.mu_static = config.mu_kinetic = 1.0;
   return config;
-}
-
-VehicleDescription fiveEllipsoids() {
-  VehicleDescription body = solidBody(drop::chassis(), drop::kMass);
-  for (const Eigen::Vector3d& p : drop::wheels()) {
-    const std::string name = "wheel" + std::to_string(body.links[0].ellipsoids.size());
-    body.links[0].ellipsoids.push_back(ellipsoid(name, p, benchmarkWheel()));
-  }
-  return body;
 }
 
 void reportPerStep(benchmark::State& state, std::int64_t steps) {

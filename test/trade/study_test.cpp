@@ -75,13 +75,18 @@ TEST(Study, EveryIntegratorAndStepOnceAndOtherModelsOneFactorAtATime) {
   std::size_t defaults = 0;
   for (const auto& [setting, factor] : settingsOf(budget)) {
     std::ostringstream key;
-    key << setting.integrator << setting.dt << setting.modelText();
+    key << setting.integrator << setting.dt << ' ' << setting.substeps << setting.modelText();
     EXPECT_TRUE(seen.insert(key.str()).second) << key.str();
     integrators.insert(setting.integrator);
     const int changed = (setting.contact_rule != "minimum_translation") + (setting.friction != "default") +
-                        (setting.contacts_per_ellipsoid != "valley" && setting.contact_rule == "minimum_translation");
+                        (setting.contacts_per_ellipsoid != "valley" && setting.contact_rule == "minimum_translation") +
+                        (setting.substeps != Setting{}.substeps);
     EXPECT_EQ(changed == 0, factor == "step");
     EXPECT_LE(changed, 1) << key.str();
+    EXPECT_EQ(setting.substeps != Setting{}.substeps, factor == "substeps");
+    if (factor == "substeps") {
+      EXPECT_EQ(setting.integrator, "rk4_events");
+    }
     defaults += factor == "step" ? 1 : 0;
   }
   EXPECT_EQ(integrators.size(), knownIntegrators().size());

@@ -16,7 +16,9 @@ const std::vector<AccuracyPoint> kCurves = {{SceneKind::kDrive, "semi_implicit_e
                                             {SceneKind::kDrive, "semi_implicit_euler", 0.5, 1e-2, 1.0},
                                             {SceneKind::kDrive, "rk4", 0.5, 1e-4, 3.0},
                                             {SceneKind::kDrive, "rk4", 2.0, 5e-3, 3.0},
-                                            {SceneKind::kElastic, "rk4_events", 1.0, 1e-6, 10.0}};
+                                            {SceneKind::kElastic, "rk4_events", 1.0, 1e-6, 10.0, 4.0},
+                                            {SceneKind::kElastic, "rk4_events", 1.0, 1e-4, 3.0, 1.0},
+                                            {SceneKind::kElastic, "rk4_events", 4.0, 1e-6, 12.0, 16.0}};
 
 StabilityCertificate certificateOf(double fastest, double limit) {
   StabilityCertificate certificate;
@@ -39,6 +41,32 @@ TEST(Accuracy, TakesTheCheapestThatHoldsTheTarget) {
   EXPECT_EQ(choice.integrator, IntegratorKind::kRk4);
   EXPECT_EQ(choice.dt, 5e-3);
   EXPECT_EQ(chooseAccuracy(1e-3, SceneKind::kElastic, certificate, kCurves).integrator, IntegratorKind::kRk4Events);
+}
+
+TEST(Accuracy, ChoosesContactSubStepsWithinWhatEachOfThemHolds) {
+  // 1e-4: one sub-step at 10 ms is the cheapest; 1e-6: sixteen at 20 ms (40 ms are more than is published) against four at 10 ms.
+  const StabilityCertificate easy = certificateOf(100.0, 0.1);
+  AccuracyChoice choice = chooseAccuracy(1e-4, SceneKind::kElastic, easy, kCurves);
+  EXPECT_EQ(choice.substeps, 1.0);
+  EXPECT_EQ(choice.dt, 0.01);
+  EXPECT_NE(choice.reason.find("with 1 contact sub-steps"), std::string::npos) << choice.reason;
+  EXPECT_EQ(chooseAccuracy(1e-6, SceneKind::kElastic, easy, kCurves).substeps, 16.0);
+  EXPECT_EQ(chooseAccuracy(1e-6, SceneKind::kElastic, easy, kCurves).dt, 0.02);
+  // RK4 holds 2 ms here: one sub-step may have 1.8 ms, four 7.2 ms, sixteen 28.8 ms.
+  choice = chooseAccuracy(1e-4, SceneKind::kElastic, certificateOf(100.0, 2e-3), kCurves);
+  EXPECT_LE(choice.dt, 0.9 * 2e-3 * choice.substeps);
+  EXPECT_EQ(choice.substeps, 16.0);
+  // Methods without sub-steps leave them alone.
+  EXPECT_EQ(chooseAccuracy(1e-3, SceneKind::kDrive, easy, kCurves).substeps, 0.0);
+}
+
+TEST(Accuracy, IsRefusedTogetherWithSubStepsOfOnesOwn) {
+  SimConfig config;
+  config.accuracy = "fast";
+  EXPECT_TRUE(config.validate().empty());
+  config.contact_substeps = 8.0;
+  ASSERT_EQ(config.validate().size(), 1u);
+  EXPECT_NE(config.validate()[0].text().find("contact_substeps"), std::string::npos);
 }
 
 TEST(Accuracy, KeepsATenthOfTheCertificateInHand) {

@@ -10,7 +10,7 @@ namespace ellipsoid_vehicle_sim {
 inline Eigen::Vector3d rotationVectorRate(const Eigen::Vector3d& r, const Eigen::Vector3d& w) {
   const double angle2 = r.squaredNorm();
   // c = 1/angle^2 - cot(angle/2) / (2 angle); its series where the difference would lose its digits.
-  double c = 1.0 / 12.0 + angle2 / 720.0;
+  double c = 1.0 / 12.0 + angle2 * (1.0 / 720.0);
   if (angle2 > 1e-3) {
     const double angle = std::sqrt(angle2);
     c = (1.0 - 0.5 * angle / std::tan(0.5 * angle)) / angle2;

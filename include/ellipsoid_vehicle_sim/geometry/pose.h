@@ -33,9 +33,11 @@ inline Eigen::Quaterniond quaternionFromRotationVector(const Eigen::Vector3d& r)
   const double a2 = r.squaredNorm();
   double cosine, s;  // cos(a/2), sin(a/2)/a
   if (a2 < 0.01) {
-    // The turn of a step: the series' next terms are below rounding.
-    cosine = 1.0 - a2 / 8.0 * (1.0 - a2 / 48.0 * (1.0 - a2 / 120.0 * (1.0 - a2 / 224.0)));
-    s = 0.5 * (1.0 - a2 / 24.0 * (1.0 - a2 / 80.0 * (1.0 - a2 / 168.0 * (1.0 - a2 / 288.0))));
+    // The turn of a step: the series' next terms are below rounding. Written without divisions, which no compiler may replace.
+    constexpr double c1 = 1.0 / 8.0, c2 = 1.0 / 384.0, c3 = 1.0 / 46080.0, c4 = 1.0 / 10321920.0;
+    constexpr double s0 = 0.5, s1 = 1.0 / 48.0, s2 = 1.0 / 3840.0, s3 = 1.0 / 645120.0, s4 = 1.0 / 185794560.0;
+    cosine = 1.0 - a2 * (c1 - a2 * (c2 - a2 * (c3 - a2 * c4)));
+    s = s0 - a2 * (s1 - a2 * (s2 - a2 * (s3 - a2 * s4)));
   } else {
     const double angle = std::sqrt(a2);
     cosine = std::cos(0.5 * angle);

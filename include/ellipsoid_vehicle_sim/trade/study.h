@@ -15,6 +15,7 @@ namespace ellipsoid_vehicle_sim {
 struct Setting {
   std::string integrator = "rk4";
   double dt = 1e-3;
+  double substeps = 4.0;  ///< contact_substeps; means something to rk4_events only.
   std::string contact_rule = "minimum_translation";
   std::string contacts_per_ellipsoid = "valley";
   std::string friction = "default";
@@ -34,7 +35,7 @@ enum class RowStatus { kOk, kFailed, kRefused, kLeftOut };
 
 /// One setting of one scene. Errors that could not be taken are NaN, and empty in the table.
 struct StudyRow {
-  std::string scene, program = "ellipsoid_vehicle_sim", factor;  ///< factor: step, contact, friction, all, peer.
+  std::string scene, program = "ellipsoid_vehicle_sim", factor;  ///< factor: step, substeps, contact, friction, all, peer.
   Setting setting;
   RowStatus status = RowStatus::kOk;
   std::string reason;
@@ -44,6 +45,9 @@ struct StudyRow {
   double model_error = 0.0;      ///< against the finest run of the default model [m].
   double distance = 0.0;         ///< way up to the horizon, by the reference [m].
   double relative_error = 0.0;   ///< error.largest over the way, or over the characteristic length if that is more [-].
+
+  /// A row of our own whose equations are the default model's, whatever the method.
+  bool ownModel() const { return factor == "step" || factor == "substeps"; }
 };
 
 /// How much of everything.
@@ -52,6 +56,7 @@ struct StudyBudget {
   double reference = 0.0;     ///< CPU time for a reference run [s], about.
   double cells = 0.0;         ///< CPU time for all rows of a scene together [s]; the costliest are left out, as rows.
   double repeats = 0.0;       ///< CPU time for the repeats of a row [s].
+  std::vector<double> substeps;  ///< that rk4_events is tried with besides the default.
   bool cross = false;         ///< all combinations, not one factor at a time.
 
   static StudyBudget quick();

@@ -10,7 +10,7 @@
 
 namespace ellipsoid_vehicle_sim {
 
-// The dial `accuracy`: from metres of error per metre of way to an integrator and its step.
+// The dial `accuracy`: from metres of error per metre of way to an integrator, its step and its contact sub-steps.
 
 /// One point of a measured curve: scripts/make_accuracy_curves writes them from what trade_off measured.
 struct AccuracyPoint {
@@ -19,6 +19,7 @@ struct AccuracyPoint {
   double omega_dt;          ///< step in units of the fastest mode of the certificate [-].
   double error;             ///< that all scenes of the kind but one in ten, and at least one, stay below [m/m].
   double tick_cost;         ///< CPU time of a tick over one of semi_implicit_euler [-].
+  double substeps = 0.0;    ///< contact_substeps; of rk4_events only, else 0.
 };
 
 const std::vector<AccuracyPoint>& accuracyCurves();
@@ -30,6 +31,7 @@ std::optional<double> accuracyTarget(const std::string& accuracy);
 struct AccuracyChoice {
   IntegratorKind integrator = IntegratorKind::kRk4;
   double dt = 1e-3;
+  double substeps = 0.0;        ///< contact_substeps; 0: the integrator has none, they stay as they are.
   double expected_error = 0.0;  ///< by the curve [m/m].
   bool reached = false;         ///< false: no measured setting is so exact, this is the most exact one.
   std::string reason;           ///< in words, for the log.

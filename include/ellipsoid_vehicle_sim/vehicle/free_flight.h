@@ -22,6 +22,8 @@ class FreeTurning {
 
  private:
   Symmetric3 I_;
+  bool principal_;  // the base's axes are the principal ones: Euler's equations as they are
+  Vec3 ratio_;      // (I_y - I_z) / I_x and so on, then
   double lyx_, lzx_, lzy_, inverse_x_, inverse_y_, inverse_z_;  // I = L D L'
 };
 

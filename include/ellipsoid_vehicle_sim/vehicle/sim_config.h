@@ -30,7 +30,7 @@ struct SimConfig {
   double error_estimate_every = 0.0;                        ///< local error by step doubling every so many ticks; 0: never. Whole.
   bool rest_detection = true;                               ///< a vehicle at rest is left where it is.
   std::string accuracy;                                     ///< "fast", "balanced", "exact" or a number; empty: dt and integrator as they are.
-  bool dt_given = false, integrator_given = false;          ///< somebody asked for them: not together with accuracy.
+  bool dt_given = false, integrator_given = false, substeps_given = false;  ///< somebody asked for them: not together with accuracy.
   bool energy_balance = false;                              ///< account of work lost and supplied; docs/physics.md.
   ExactSavings exact_savings = ExactSavings::kOn;           ///< whether what changes no bit is left out; docs/savings.md.
   bool allow_unstable = false;                              ///< run although the certificate says the step cannot hold.

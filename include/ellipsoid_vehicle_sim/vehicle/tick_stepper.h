@@ -81,7 +81,7 @@ class TickStepper {
   double reach_ = 0.0;                   // from the base to the farthest point of the vehicle, about [m]
   bool always_substep_;                  // joints may be stiff without any contact, too
   std::uint64_t pressed_ = 0;            // ellipsoids that press at the start of the step, a bit each
-  std::vector<double> start_push_;       // their `push` there
+  std::vector<Touch> start_touch_;       // and how they do
   int located_ = 0;                      // events in this tick
   DenseSystem implicit_;
   FreeFlight flight_;
