@@ -3,6 +3,7 @@
 #include <ros/init.h>
 #include <semaphore.h>
 
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -18,12 +19,14 @@ using std::chrono::milliseconds;
 // Of wall time, from the signal: for the run and its files; then until the master is asked, and how long it may take.
 constexpr milliseconds kForTheRun(400), kForTheMaster(300), kPatience(200);
 
-volatile std::sig_atomic_t came = 0;
+// Set by the handler, on whichever thread that runs, and read by others.
+std::atomic<bool> came{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
 sem_t woken;
 
 // A semaphore is what a signal handler may touch.
 void onInterrupt(int) {
-  came = 1;
+  came = true;
   const int kept = errno;
   sem_post(&woken);
   errno = kept;
@@ -37,7 +40,7 @@ void endAtOnce() {
 
 }  // namespace
 
-bool interrupted() { return came != 0; }
+bool interrupted() { return came; }
 
 InterruptGuard::InterruptGuard() {
   sem_init(&woken, 0, 0);
