@@ -1,7 +1,7 @@
-// Rule 4 where it is plain: an edge or a corner met no deeper than the ellipsoid is curved there, and nothing else near.
-// Nearly all edges and corners of a vehicle on a road are of this kind. One secular equation is solved; that no other
-// feature has a shallower answer is shown by the bounds of FeatureSearch (feature_search.cpp), which is left all that is
-// not as plain as that. Included once for each kind of machine, after corner_lanes.h; no include guard.
+// Rule 4 where it is plain: an edge or a corner met no deeper than the ellipsoid is curved there, and nothing else
+// near. Nearly all edges and corners of a vehicle on a road are of this kind. One secular equation is solved; that no
+// other feature has a shallower answer is shown by the bounds of FeatureSearch (feature_search.cpp), which is left all
+// that is not as plain as that. Included once for each kind of machine, after corner_lanes.h; no include guard.
 
 /// The near minimum of a point t inside: (S - lambda) w = -t with w'S w = 1, and u ~ w. lambda = 0 is the root of a
 /// point on the surface, and that of a point inside is the only one between 0 and the least pole. With M = (S -
@@ -45,15 +45,10 @@ class OrdinaryContact {
       : ellipsoid_(ellipsoid), f_(facts), c_(Vec3::from(ellipsoid.p_WE)), axes_(columns(ellipsoid.R_WE)) {
     const Vec3 r = r_ = Vec3::from(ellipsoid.radii);
     r2_ = times(r, r);
-    const double inverse = 1.0 / (r.x * r.y * r.z);
-    inverse_r_ = {inverse * (r.y * r.z), inverse * (r.z * r.x), inverse * (r.x * r.y)};
     CornerVec3 e;
     edges(v, e);
     toFrame(axes_, {v.x - c_.x, v.y - c_.y, v.z - c_.z}, t_);
     toFrame(axes_, e, e_);
-    const double thin = std::min(std::min(r.x, r.y), r.z), wide = std::max(std::max(r.x, r.y), r.z);
-    thin_squared_ = thin * thin;
-    rim_ = thin_squared_ / wide;
     border_ = kBorderTolerance * std::sqrt(f_.size_squared);
   }
 
@@ -80,6 +75,11 @@ class OrdinaryContact {
   }
 
  private:
+  Vec3 inverseRadii() const {
+    const double inverse = 1.0 / (r_.x * r_.y * r_.z);
+    return {inverse * (r_.y * r_.z), inverse * (r_.z * r_.x), inverse * (r_.x * r_.y)};
+  }
+
   static constexpr double kMargin = 1e-9;    ///< what a proof has to spare; far above rounding.
   static constexpr double kNearPole = 1e-3;  ///< lambda stays this far from the least semi-axis squared, in parts.
   static constexpr int kMostSteps = 6;
@@ -105,13 +105,14 @@ class OrdinaryContact {
 
   /// (c) of cannotExceed.
   bool isHorizonClear() const {
-    const double b = squaredNorm(times(f_.n_E, inverse_r_));
+    const double b = squaredNorm(times(f_.n_E, inverseRadii()));
     return f_.s * f_.s * b > f_.h * f_.h * b * (1.0 + kMargin) - 1.0;
   }
 
   bool findCorner(int k) {
     const Vec3 t = t_[k], next = e_[k], before = e_[(k + 2) % 3];
-    const Vec3 inverse_r2 = times(inverse_r_, inverse_r_);
+    const Vec3 inverse_r2{1.0 / r2_.x, 1.0 / r2_.y, 1.0 / r2_.z};
+    const double thin_squared = std::min(std::min(r2_.x, r2_.y), r2_.z);
     Vec3 w = -times(inverse_r2, t);
     const double gauge = -dot(w, t);
     if (gauge >= 1.0) {
@@ -125,7 +126,7 @@ class OrdinaryContact {
       const Vec3 y2 = times(y, y), y3 = times(y2, inverse), y4 = times(y3, inverse), y5 = times(y4, inverse);
       return SecularSums{y2.x + y2.y + y2.z, y3.x + y3.y + y3.z, y4.x + y4.y + y4.z, y5.x + y5.y + y5.z};
     };
-    double lambda = bounded(0.0, firstStep(sums()), thin_squared_);
+    double lambda = bounded(0.0, firstStep(sums()), thin_squared);
     for (int i = 0;; ++i) {
       inverse = {1.0 / (r2_.x - lambda), 1.0 / (r2_.y - lambda), 1.0 / (r2_.z - lambda)};
       w = -times(inverse, t);
@@ -137,7 +138,7 @@ class OrdinaryContact {
         break;
       }
       if (i == kMostSteps) return false;
-      lambda = bounded(lambda, late.step, thin_squared_);
+      lambda = bounded(lambda, late.step, thin_squared);
     }
 
     // h(w) = 1.
@@ -233,10 +234,13 @@ class OrdinaryContact {
   /// Has no other feature a contact as shallow as that of edge k? Where the solids meet, a feature outside the
   /// ellipsoid has none across the thick axes, and none shallower than the rim's radius across the thin one.
   bool isAlone(int k, int cleared_corner) const {
-    if (!(depth_ + border_ < rim_)) return false;
-    if (!(squaredNorm(times((depth_ * inverse_w_) * w_ - times(r2_, w_), inverse_r_)) < 1.0 - kMargin)) return false;
+    const double thin = std::min(std::min(r_.x, r_.y), r_.z), wide = std::max(std::max(r_.x, r_.y), r_.z);
+    const double rim = thin * thin / wide;
+    const Vec3 inverse_r = inverseRadii();
+    if (!(depth_ + border_ < rim)) return false;
+    if (!(squaredNorm(times((depth_ * inverse_w_) * w_ - times(r2_, w_), inverse_r)) < 1.0 - kMargin)) return false;
     CornerVec3 t, e;
-    times(t_, inverse_r_, t);
+    times(t_, inverse_r, t);
     Lanes gauge, ee, te;
     dot(t, t, gauge);
     unsigned corners_out = bitsOf(gauge > 1.0 + kMargin) & 7u;
@@ -244,11 +248,11 @@ class OrdinaryContact {
     if (corners_out != 7u) return false;
     unsigned others = ~(1u << k) & 7u;
     // Edges that T0 lies within need a plane deeper than the rim's radius (FeatureSearch::search).
-    if (f_.d_n + border_ < rim_) others &= f_.outside;
+    if (f_.d_n + border_ < rim) others &= f_.outside;
     if (others == 0) return true;
     // Edges whose whole lines pass the ellipsoid by: with lengths divided by the semi-axes, further than 1 from the
     // centre.
-    times(e_, inverse_r_, e);
+    times(e_, inverse_r, e);
     dot(e, e, ee);
     dot(t, e, te);
     return (bitsOf(gauge * ee * (1.0 - 1e-13) - te * te > ee * (1.0 + kMargin)) & others) == others;
@@ -260,9 +264,9 @@ class OrdinaryContact {
   const PlaneFacts& f_;
   Vec3 c_;
   Frame3 axes_;
-  Vec3 r_, r2_, inverse_r_;
+  Vec3 r_, r2_;
   CornerVec3 t_, e_;  ///< the corners and edges along the ellipsoid's axes [m].
-  double thin_squared_, rim_, border_;
+  double border_;
   bool corner_cleared_ = false;  ///< findCorner has worked its near minimum out, and it is no contact.
   Feature feature_ = Feature::kNone;
   double depth_ = 0.0;
