@@ -102,18 +102,17 @@ inline void fillOf(CandidateBlock& block, int first, int used) {
   n.x /= double_area, n.y /= double_area, n.z /= double_area;
   store(n, block.nhat, first);
 
-  larger(l[0], l[1], longest);
-  larger(longest, l[2], longest);
-  root(longest, longest);
-  store(longest, block.size + first);
+  Lanes length[3];
   for (int k = 0; k < 3; ++k) {
+    root(l[k], length[k]);
     LaneVec3 m;
-    Lanes length;
     cross(e[k], n, m);
-    root(l[k], length);
-    m.x /= length, m.y /= length, m.z /= length;
-    store(m, block.edge[k], first);
+    const Lanes inverse = 1.0 / length[k];  // who uses m forgives a last digit
+    store({inverse * m.x, inverse * m.y, inverse * m.z}, block.edge[k], first);
   }
+  larger(length[0], length[1], longest);
+  larger(longest, length[2], longest);
+  store(longest, block.size + first);
   LaneVec3 low = v[0], high = v[0];
   for (int k = 1; k < 3; ++k) {
     low.x = v[k].x < low.x ? v[k].x : low.x, high.x = v[k].x > high.x ? v[k].x : high.x;
