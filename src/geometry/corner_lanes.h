@@ -2,6 +2,15 @@
 // faceSides (plane_contact.h), which define them, and so the same bits. Included once for each kind of machine, inside
 // a namespace of its own; no include guard.
 
+// A bit for each lane that is true.
+inline unsigned bitsOf(const LaneMask& mask) {
+#ifdef __AVX__
+  return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<const __m256d&>(mask)));
+#else
+  return static_cast<unsigned>((mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8));
+#endif
+}
+
 /// A vector for each corner and each edge; the fourth lane repeats the last.
 struct CornerVec3 {
   Lanes x, y, z;
@@ -38,12 +47,19 @@ inline void load(const Triangle& triangle, CornerVec3& v) {
   v.z = Lanes{p[0].z(), p[1].z(), p[2].z(), p[2].z()};
 }
 
+/// Lane k from lane k + 1 of the three.
+inline void fromNext(const Lanes& v, Lanes& result) {
+#ifdef __clang__
+  result = __builtin_shufflevector(v, v, 1, 2, 0, 0);
+#else
+  result = __builtin_shuffle(v, LaneMask{1, 2, 0, 0});
+#endif
+}
+
 /// From every corner to the next [m].
 inline void edges(const CornerVec3& v, CornerVec3& e) {
-  const LaneMask next{1, 2, 0, 0};
-  e.x = __builtin_shuffle(v.x, next) - v.x;
-  e.y = __builtin_shuffle(v.y, next) - v.y;
-  e.z = __builtin_shuffle(v.z, next) - v.z;
+  fromNext(v.x, e.x), fromNext(v.y, e.y), fromNext(v.z, e.z);
+  e.x -= v.x, e.y -= v.y, e.z -= v.z;
 }
 
 /// Where an ellipsoid stands towards a plane and T0 towards the edges, as PlaneContact and FaceSides.

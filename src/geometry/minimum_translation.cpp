@@ -32,9 +32,6 @@ using Lanes = double __attribute__((vector_size(32)));
 using LaneMask = std::int64_t __attribute__((vector_size(32)));
 
 namespace plain {
-inline unsigned bitsOf(const LaneMask& mask) {
-  return static_cast<unsigned>((mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4));
-}
 #include "corner_lanes.h"
 #include "ordinary_contact.h"
 }  // namespace plain
@@ -43,9 +40,6 @@ inline unsigned bitsOf(const LaneMask& mask) {
 #pragma GCC push_options
 #pragma GCC target("avx2")
 namespace avx2 {
-inline unsigned bitsOf(const LaneMask& mask) {
-  return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<const __m256d&>(mask)));
-}
 #include "corner_lanes.h"
 #include "ordinary_contact.h"
 }  // namespace avx2
@@ -54,9 +48,6 @@ inline unsigned bitsOf(const LaneMask& mask) {
 #pragma GCC push_options
 #pragma GCC target("avx512f,avx512dq,avx512vl")
 namespace avx512 {
-inline unsigned bitsOf(const LaneMask& mask) {
-  return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<const __m256d&>(mask)));
-}
 #include "corner_lanes.h"
 #include "ordinary_contact.h"
 }  // namespace avx512
