@@ -185,7 +185,8 @@ Loaded<VehicleDescription> load(const std::string& text, const std::string& file
   }
   noteMissingVisuals(*urdf, builder, file, result.notes);
   if (order) checkMasses(vehicle, *urdf, options.roles, options.repair_inertia, problems);
-  compareWithUrdfdom(text, *urdf, file, !problems.empty(), problems);
+  // Links joined in a ring hold each other in urdfdom's memory for ever; where there is no tree all has been said.
+  if (order) compareWithUrdfdom(text, *urdf, file, !problems.empty(), problems);
   if (!problems.empty()) {
     // What the lint would say of single links is worth hearing all the same.
     if (order) lint(vehicle, shapes, {}, options, result);
