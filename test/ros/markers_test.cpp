@@ -101,7 +101,7 @@ TEST(ContactMarkers, ForceOfASlidingContactEndsOnTheRimOfItsCone) {
   contact.friction_W = {0.0, -contact.friction_limit, 0.0};
   const auto message = markers.update({contact}, ros::Time(1));
   const Marker cone = inSpace(message, "friction cone").at(0);
-  const auto& tip = inSpace(message, "force").at(0).points[1];
+  const auto tip = inSpace(message, "force").at(0).points[1];
   double nearest = 1e9;
   for (const auto& corner : cone.points) {
     nearest = std::min(nearest, std::hypot(corner.x - tip.x, corner.y - tip.y, corner.z - tip.z));
