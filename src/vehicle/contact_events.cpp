@@ -64,6 +64,7 @@ bool TickStepper::rk4From(const VehicleState& state, double h) {
   }
   dynamics_.weightedSum(kRk4Weights, k_, 4, sum_);
   dynamics_.advance(state.motion, h, sum_, trial_);
+  trial_length_ = h;
   return smooth;
 }
 
@@ -159,7 +160,8 @@ double TickStepper::nextStep(const VehicleState& state, double h, double& crossi
     }
     h *= 0.5;
   }
-  rk4From(state, h);
+  // The last trial was that step already, as a rule.
+  if (trial_length_ != h) rk4From(state, h);
   return h;
 }
 

@@ -82,7 +82,8 @@ void weightedSum(const double* weights, const MotionRate* k, int n, MotionRate& 
 }
 
 bool isSane(const Motion& x) {
-  return x.allFinite() && x.v_WB.norm() < kFastest && x.w_WB.norm() < kFastestSpin && x.X_WB.p.norm() < kFarthest;
+  return x.allFinite() && x.v_WB.squaredNorm() < kFastest * kFastest &&
+         x.w_WB.squaredNorm() < kFastestSpin * kFastestSpin && x.X_WB.p.squaredNorm() < kFarthest * kFarthest;
 }
 
 std::uint64_t hashOf(const VehicleState& state) {

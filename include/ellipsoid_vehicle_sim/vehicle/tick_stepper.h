@@ -82,6 +82,7 @@ class TickStepper {
   bool always_substep_;                  // joints may be stiff without any contact, too
   std::uint64_t pressed_ = 0;            // ellipsoids that press at the start of the step, a bit each
   std::vector<Touch> start_touch_;       // and how they do
+  double trial_length_ = 0.0;            // of the step that trial_ ends [s]
   int located_ = 0;                      // events in this tick
   DenseSystem implicit_;
   FreeFlight flight_;
