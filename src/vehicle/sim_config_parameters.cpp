@@ -18,9 +18,9 @@ Parameter<SimConfig> accuracyParameter() {
   spec.maximum = 1.0;
   spec.unit = "m/m";
   spec.description =
-      "Chooses integrator and dt: position error per metre travelled (parked or ballistic: per length of the vehicle), "
-      "over at most 10 s of what can be predicted. fast is 0.01, balanced 0.001, exact 1.0e-05. Not together with dt or "
-      "integrator. See docs/accuracy.md.";
+      "Chooses integrator, dt and contact_substeps: position error per metre travelled (parked or ballistic: per length of the vehicle), "
+      "over at most 10 s of what can be predicted. fast is 0.01, balanced 0.001, exact 1.0e-05. Not together with dt, "
+      "integrator or contact_substeps. See docs/accuracy.md.";
   return {spec,
           [](SimConfig& config, const ParameterValue& value) { config.accuracy = valueText(value); },
           [](const SimConfig& config) -> std::optional<ParameterValue> {

@@ -260,8 +260,7 @@ double Simulator::largestPenetration() const {
 }
 
 double Simulator::energy() const {
-  impl_->observe();
-  return impl_->observer->kineticEnergy(impl_->state.motion) + impl_->observer->potentialEnergy(impl_->state.motion);
+  return impl_->energy();
 }
 
 EnergyBalance Simulator::energyBalance() const {

@@ -193,8 +193,12 @@ void Simulator::Impl::restart() {
 void Simulator::Impl::beginAccount() {
   if (!config.energy_balance) return;
   state.motion.work = Work{};
+  energy_at_start = energy();
+}
+
+double Simulator::Impl::energy() {
   observe();
-  energy_at_start = observer->kineticEnergy(state.motion) + observer->potentialEnergy(state.motion);
+  return observer->kineticEnergy(state.motion) + observer->potentialEnergy(state.motion);
 }
 
 void Simulator::Impl::forgetOthers() {

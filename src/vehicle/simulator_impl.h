@@ -63,6 +63,7 @@ struct Simulator::Impl {
   void becomeHome(const VehicleState& placed);
   void restart();
   void beginAccount();
+  double energy();
   /// What was felt of other vehicles is of another place.
   void forgetOthers();
 };
