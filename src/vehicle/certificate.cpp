@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "ellipsoid_vehicle_sim/dynamics/embedded_pair.h"
 #include "ellipsoid_vehicle_sim/vehicle/linearisation.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -24,8 +25,6 @@ constexpr double kGrowthTolerance = 1e-6;
 // Steps beyond this are not asked for [s].
 constexpr double kLongestStep = 0.1;
 
-// Of Dormand-Prince the error control takes smaller steps, down to this part of the tick; see tick_stepper.cpp.
-constexpr double kSmallestPart = 1.0 / 1024.0;
 // linearly_implicit holds every linear motion. Through touch-downs its steps are far from linear: beyond this it has been
 // seen to gain energy [s].
 constexpr double kLongestImplicitStep = 0.02;
@@ -59,7 +58,7 @@ double explicitLimit(IntegratorKind kind, Complex direction, double substeps) {
     case IntegratorKind::kExplicitEuler: return -2.0 * direction.real();
     case IntegratorKind::kRk4: return limitAlong(rk4Factor, direction);
     case IntegratorKind::kRk4Events: return substeps * limitAlong(rk4Factor, direction);
-    case IntegratorKind::kDormandPrince: return limitAlong(dormandPrinceFactor, direction) / kSmallestPart;
+    case IntegratorKind::kDormandPrince: return limitAlong(dormandPrinceFactor, direction) / dormand_prince::kSmallestPart;
     default: return 0.0;
   }
 }

@@ -12,8 +12,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Smallest step of the error-controlled pair, in parts of the tick: a touch-down is a jump that no step resolves.
-constexpr double kFloor = 1.0 / 1024.0;
 // Step control [Hairer1993, II.4]: safety, and by how much a step may shrink or grow.
 constexpr double kSafety = 0.9, kShrink = 0.1, kGrow = 5.0;
 // An error of a speed counts by what it moves in this time [s].
@@ -155,7 +153,7 @@ double TickStepper::errorOf(double h) const {
 }
 
 void TickStepper::takeDormandPrince(VehicleState& state, TickOutcome& outcome) {
-  const double T = config_.dt, floor = kFloor * T;
+  const double T = config_.dt, floor = dormand_prince::kSmallestPart * T;
   double done = 0.0, h = T;
   while (outcome.sane && T - done > kRounding * T) {
     h = std::min(h, T - done);

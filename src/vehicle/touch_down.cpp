@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ellipsoid_vehicle_sim/dynamics/embedded_pair.h"
+
 namespace ellipsoid_vehicle_sim {
 namespace {
 
@@ -11,8 +13,8 @@ constexpr int kPhases = 64;
 constexpr double kWatched = 12.0;
 // Steps so small add less than a millionth, and would take long to say so.
 constexpr double kSmallStep = 0.01;
-// Of dormand_prince: a step that cannot be cut is at most two of the smallest, 1/1024 of the tick each.
-constexpr double kUncut = 2.0 / 1024.0;
+// Of dormand_prince: a step that cannot be cut is at most two of the smallest.
+constexpr double kUncut = 2.0 * dormand_prince::kSmallestPart;
 
 // A mass of one on a spring of one: depth d > 0 presses, v is the speed of the depth.
 struct Spring {

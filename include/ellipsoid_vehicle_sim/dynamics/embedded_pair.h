@@ -7,6 +7,8 @@ namespace ellipsoid_vehicle_sim {
 namespace dormand_prince {
 
 constexpr int kStages = 7;
+/// Smallest step of the error control within a tick, in parts of it: a touch-down is a jump that no step resolves.
+constexpr double kSmallestPart = 1.0 / 1024.0;
 constexpr double kNodes[kStages] = {0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0};
 /// Row i: the weights of stages 0 ... i-1 that lead to stage i. The last row is the solution of order 5.
 constexpr double kWeights[kStages][kStages] = {
