@@ -11,12 +11,6 @@
 namespace ellipsoid_vehicle_sim {
 namespace {
 
-const char* kAlone = "explicit_euler, semi_implicit_euler and rk4";
-
-bool canBeShared(IntegratorKind kind) {
-  return kind == IntegratorKind::kExplicitEuler || kind == IntegratorKind::kSemiImplicitEuler || kind == IntegratorKind::kRk4;
-}
-
 std::string number(double value) {
   char text[40];
   std::snprintf(text, sizeof text, "%.6g", value);
@@ -203,9 +197,6 @@ Problems Fleet::add(const std::string& name, Simulator vehicle) {
     if (mine.integrator != theirs.integrator)
       problems.push_back({where, std::string("has the integrator ") + toString(mine.integrator) + ", allowed is " + there + ": " +
                                      toString(theirs.integrator)});
-    else if (!canBeShared(mine.integrator))
-      problems.push_back({where, std::string("has the integrator ") + toString(mine.integrator) +
-                                     ", which is for one vehicle alone; several can share " + kAlone});
   }
   if (!problems.empty()) return problems;
 
@@ -217,8 +208,6 @@ Problems Fleet::add(const std::string& name, Simulator vehicle) {
   if (size() == 0 && impl_->step_count == 0) impl_->step_count = s.step_count;
   s.step_count = impl_->step_count;
   impl_->tick = s.config.dt;
-  for (MotionRate& k : member.k) k = s.dynamics->makeRate();
-  member.scratch = s.dynamics->makeMotion();
   member.boxes.resize(s.model.ellipsoids.size());
   s.touched.reserve(64);
   s.outside.reserve(64);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "pair_contact.h"
@@ -7,15 +9,13 @@
 
 namespace ellipsoid_vehicle_sim {
 
-/// A vehicle of a fleet, with the buffers of a tick that it takes together with others.
+/// A vehicle of a fleet, with what a tick leaves that it takes together with others.
 struct FleetMember {
   std::string name;
   int id = 0;
   std::unique_ptr<Simulator> simulator;
   std::int64_t times_placed = -1;  ///< as last seen.
 
-  MotionRate k[4];
-  Motion scratch;
   TickOutcome outcome;
   bool timed_out = false;
   std::vector<Eigen::AlignedBox3d> boxes;  ///< of each ellipsoid, on its way through the tick.
@@ -37,16 +37,33 @@ struct IslandMotion {
   }
 };
 
+/// Rates that lie side by side (stages of a method) do so for each of the vehicles, too.
 struct IslandRate {
   std::vector<MotionRate*> of;
   std::vector<Eigen::Vector3d> anchor;
 };
 
-/// Vehicles that could touch each other within the tick, advanced by one rate function. A System of integrator.h.
+/// The largest of some numbers that are not negative; no number where one of them is none.
+class Largest {
+ public:
+  void add(double value) {
+    sum_ += value;
+    largest_ = std::max(largest_, value);
+  }
+  double value() const { return std::isnan(sum_) ? sum_ : largest_; }
+
+ private:
+  double sum_ = 0.0, largest_ = 0.0;
+};
+
+/// Vehicles that could touch each other within the tick, advanced by one rate function. A System of integrator.h, and
+/// what the methods ask for that size their steps within the tick: see OneVehicle. These steps are those of all.
 class FleetIsland {
  public:
+  using System = FleetIsland;
   using State = IslandMotion;
   using Rate = IslandRate;
+  using Buffers = StepBuffers<IslandMotion, IslandRate>;
 
   /// Room for so many vehicles.
   void reserve(std::size_t members);
@@ -54,7 +71,7 @@ class FleetIsland {
   /// In ascending order.
   void addMember(FleetMember& member, int place);
   /// Both members are there already.
-  void addPair(PairCandidate& pair) { pairs_.push_back(&pair); }
+  void addPair(PairCandidate& pair);
   bool empty() const { return members_.empty(); }
 
   /// One tick of all. Leaves in the members what came of it, and in the pairs the contacts of its end.
@@ -70,21 +87,93 @@ class FleetIsland {
   void advancePositions(IslandMotion& x, double h, const IslandRate& k) const;
   void toTangent(double h, const IslandRate& previous, IslandRate& k) const;
   void combine(IslandRate (&k)[4]) const;
+  void weightedSum(const double* weights, const IslandRate* k, int n, IslandRate& sum) const;
+
+  // Steps within the tick: island_steps.cpp.
+  System& system() { return *this; }
+  Buffers& buffers() { return buffers_; }
+  double tickLength() const { return impl(0).config.dt; }
+  int vehicles() const { return static_cast<int>(members_.size()); }
+  const IslandMotion& start() const { return x_; }
+  void beginStep(double h);
+  bool accept(const IslandMotion& end, double h, bool last);
+  bool isSound(const IslandMotion& x) const;
+  void countFloorStep();
+
+  // dormand_prince: the largest error of any counts, and the strictest tolerance.
+  double tolerance() const;
+  double errorOf(const IslandRate& error, double h) const;
+
+  // rk4_events: first the ellipsoids of each vehicle, as they touch the ground, then the pairs. The most sub-steps
+  // count.
+  double contactSubsteps() const;
+  bool hasJoints() const;
+  void noteContacts();
+  bool anyPressedAtStart() const;
+  bool pressedAtStart(int contact) const;
+  const Touch& touchAtStart(int contact) const;
+  bool pressAsNoted() const { return firstChanged() < 0; }
+  int firstChanged() const;
+  Touch touchOf(const IslandMotion& x, int contact) const;
+
+  // linearly_implicit: island_speeds.cpp. The speeds of one vehicle change the rates of its own, and of those it
+  // touches.
+  DenseSystem& matrix() { return matrix_; }
+  double& speed(IslandRate& k, int i) const { return speedOf(*k.of[owner_[i].member], owner_[i].speed); }
+  double speed(const IslandMotion& x, int i) const { return speedOf(*x.of[owner_[i].member], owner_[i].speed); }
+  void findDirections(double h, double delta);
+  void beginColumns();
+  void findColumn(int j, double way);
+  void keepWork(double h);
+  double residual(double h) const;
 
  private:
+  // The speed of the island that is a vehicle's.
+  struct Owner {
+    std::size_t member;
+    int speed;
+  };
+  // What a pair does at the trial of linearly_implicit.
+  struct PairForce {
+    bool touches = false;
+    Eigen::Vector3d p_WC, f_W;  // on the first
+    std::size_t directions[2];  // where those of its sides' speeds begin
+  };
+
   Simulator::Impl& impl(std::size_t i) const { return *members_[i]->simulator->impl_; }
+  VehicleDynamics& dynamics(std::size_t i) const { return *impl(i).dynamics; }
+  TickStepper& stepper(std::size_t i) const { return *impl(i).stepper; }
   PairSide side(const PairCandidate& pair, int which, const IslandMotion& x) const;
+  void addForce(const PairCandidate& pair, int which, const IslandMotion& x, const Eigen::Vector3d& p_WC,
+                const Eigen::Vector3d& f_W);
   std::size_t placeOf(int member) const;
   void setUp();
   bool rests();
-  void accept(double h);
+  void endTick();
   void tellPair(const PairCandidate& pair);
+  // A contact's vehicle, its ellipsoid in `contact`; or members_.size(), and its pair in `contact`.
+  std::size_t placeOfContact(int& contact) const;
+  void setUpSpeeds();
+  // Directions of the speeds of one vehicle, in the anchor of a pair that it is a side of.
+  Eigen::Vector3d& anchorDirection(std::size_t p, int which, int speed) {
+    return anchor_directions_[pair_forces_[p].directions[which] + static_cast<std::size_t>(speed)];
+  }
+  void moveAlong(std::size_t m, int speed, double way);
+  void rateOfNeighbour(std::size_t n, std::size_t moved);
 
   std::vector<FleetMember*> members_;
   std::vector<int> places_;  ///< in the fleet, of each.
   std::vector<PairCandidate*> pairs_;
-  IslandMotion x_, scratch_;
-  IslandRate k_[4];
+  IslandMotion x_;
+  Buffers buffers_;  // of the members' steppers
+  bool sane_ = true;
+
+  // Of linearly_implicit.
+  DenseSystem matrix_{0};
+  std::vector<Owner> owner_;  // of each speed
+  std::vector<PairForce> pair_forces_;
+  std::vector<Eigen::Vector3d> anchor_directions_;
+  std::vector<char> moved_;  // vehicles whose rates a column changes
 };
 
 }  // namespace ellipsoid_vehicle_sim

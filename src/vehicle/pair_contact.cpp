@@ -52,6 +52,15 @@ ContactLaw lawOf(const PairSide& first, const PairSide& second) {
                  second.dynamics->model().ellipsoids[second.ellipsoid].law);
 }
 
+// At which the side's surface moves against the normal that points into it.
+double sinkingSpeed(const PairSide& side, const Vector3d& nhat_W, const Vector3d& p_WC) {
+  Contact contact{};
+  contact.nhat_W = nhat_W;
+  ActiveContact active(side.ellipsoid, contact);
+  active.p_OC = p_WC - side.motion->X_WB.p;
+  return side.dynamics->sinkingSpeed(*side.motion, active);
+}
+
 // The stretch turned to the contact's normal.
 Vector3d anchorAt(const PairCandidate& pair, const Vector3d& anchor_W, const Sliding& sliding) {
   if (!pair.known || anchor_W.isZero(0.0)) return Vector3d::Zero();
@@ -148,6 +157,17 @@ void acceptPair(const PairSide& first, const PairSide& second, const Vector3d& a
   memory.slack = slack;
   memory.anchor_W = anchor;
   updatePairForce(first, second, memory.anchor_W, pair);
+}
+
+Touch touchOf(const PairSide& first, const PairSide& second, const PairCandidate& pair) {
+  Touch touch;
+  if (!pair.contact) return touch;
+  const ContactLaw law = lawOf(first, second);
+  touch.known = true;
+  touch.depth = pair.pressed;
+  touch.speed = sinkingSpeed(first, pair.contact.nhat_W, pair.p_WC) + sinkingSpeed(second, -pair.contact.nhat_W, pair.p_WC);
+  touch.push = touch.depth + law.damping / law.stiffness * touch.speed;
+  return touch;
 }
 
 void takeWithSlack(const PosedEllipsoid& first, const PosedEllipsoid& second, PairCandidate& pair) {

@@ -3,6 +3,7 @@
 #include "ellipsoid_vehicle_sim/contact/contact_force.h"
 #include "ellipsoid_vehicle_sim/geometry/ellipsoid_ellipsoid.h"
 #include "ellipsoid_vehicle_sim/vehicle/fleet.h"
+#include "ellipsoid_vehicle_sim/vehicle/tick_stepper.h"
 #include "ellipsoid_vehicle_sim/vehicle/vehicle_dynamics.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -19,9 +20,13 @@ struct PairSide {
 /// Two ellipsoids of two vehicles that could touch within the tick.
 struct PairCandidate {
   int member[2] = {0, 0};   ///< places in the fleet, the lower id first.
+  int at[2] = {0, 0};       ///< and among the vehicles of its island.
   bool known = false;       ///< touched at the last accepted step: memory holds.
   PairMemory memory;        ///< names the pair in any case.
-  Eigen::Vector3d p_start = Eigen::Vector3d::Zero();  ///< first centre from the second at the tick's start [m].
+  Eigen::Vector3d p_start = Eigen::Vector3d::Zero();  ///< first centre from the second at the step's start [m].
+
+  bool pressed_at_start = false;  ///< of a step of rk4_events,
+  Touch touch_at_start;           ///< and how.
 
   // Of the last evaluation.
   EllipsoidPairContact contact;
@@ -45,10 +50,13 @@ void updatePairForce(const PairSide& first, const PairSide& second, const Eigen:
 void acceptPair(const PairSide& first, const PairSide& second, const Eigen::Vector3d& anchor_W, double h,
                 PairCandidate& pair);
 
+/// How the pair presses, as last evaluated.
+Touch touchOf(const PairSide& first, const PairSide& second, const PairCandidate& pair);
+
 /// A vehicle was put where it is: an overlap is taken with slack.
 void takeWithSlack(const PosedEllipsoid& first, const PosedEllipsoid& second, PairCandidate& pair);
 
-/// The first's centre went through the second in this tick without having been stopped.
+/// The first's centre went through the second in this step without having been stopped.
 bool passedThrough(const PosedEllipsoid& first, const PosedEllipsoid& second, const PairCandidate& pair,
                    const Eigen::Vector3d& nhat_before_W, bool known_before);
 

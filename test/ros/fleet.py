@@ -191,8 +191,9 @@ class FleetTest(unittest.TestCase):
                                    ({"vehicles": ["a b"]}, "'a b' is no name of ROS"),
                                    ({"vehicles": ["a", "b"]}, "would stand in vehicle 'a'"),
                                    ({"vehicles": ["a", "b"], "b": {"clock": "wall"}}, "~b/clock: is one for the whole node"),
-                                   ({"vehicles": ["a", "b"], "integrator": "rk4_events", "b": {"start": [9, 0, 0]}},
-                                    "several can share explicit_euler, semi_implicit_euler and rk4")):
+                                   ({"vehicles": ["a", "b"], "integrator": "rk4_events",
+                                     "b": {"start": [9, 0, 0], "integrator": "rk4"}},
+                                    "has the integrator rk4, allowed is that of 'a', which is there already: rk4_events")):
             node = NodeProcess("refused", vehicle_file="car", world="flat", clock="follow", **parameters)
             self.addCleanup(node.kill)
             self.assertEqual(node.exit_code(), 1, node.output)

@@ -84,7 +84,7 @@ TEST(NoAllocation, AThousandStepsOverTrianglesTakeNone) {
 
 TEST(NoAllocation, VehiclesThatPushEachOtherTakeNoneOnceSized) {
   const auto terrain = rolling();
-  for (const IntegratorKind kind : oneStepIntegrators()) {
+  for (const IntegratorKind kind : allIntegrators()) {
     SimConfig config;
     config.integrator = kind;
     config.allow_unstable = true;

@@ -14,6 +14,12 @@ class DenseSystem {
       : size_(size), matrix_(static_cast<std::size_t>(size) * size), right_(static_cast<std::size_t>(size)) {}
 
   int size() const { return size_; }
+  /// What it holds is lost. Takes memory where it was never so large.
+  void resize(int size) {
+    size_ = size;
+    matrix_.resize(static_cast<std::size_t>(size) * size);
+    right_.resize(static_cast<std::size_t>(size));
+  }
   double& at(int row, int column) { return matrix_[static_cast<std::size_t>(row) * size_ + column]; }
   double& right(int row) { return right_[static_cast<std::size_t>(row)]; }
   double solution(int row) const { return right_[static_cast<std::size_t>(row)]; }

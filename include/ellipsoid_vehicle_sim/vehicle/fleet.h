@@ -39,8 +39,10 @@ struct FleetSnapshot {
 /// All other vehicles take their tick alone, to the last bit as a Simulator of their own would. Islands and single vehicles
 /// are spread over `threads`; the results do not depend on their number by a bit.
 ///
-/// The integrators explicit_euler, semi_implicit_euler and rk4 are those that several vehicles can share; the others size
-/// their steps within the tick by what one vehicle meets, and are refused for more than one.
+/// All have one integrator. Those that size their steps within the tick (rk4_events, dormand_prince, linearly_implicit) size
+/// them for an island as a whole, by the contacts of any of its vehicles, the largest error, the strictest error_tolerance and
+/// the most contact_substeps; so a vehicle that is near another has other steps than alone, whether they touch or not.
+/// linearly_implicit conserves linear momentum too, to what rounding makes of its differences.
 ///
 /// A vehicle near another is left at rest only if all of its island are. Estimates of the local error are not made in ticks
 /// in which a vehicle is part of an island.
@@ -56,7 +58,7 @@ class Fleet {
   static bool canUseThreads();
 
   /// Takes a vehicle in, at its place, from the next tick on. Problems, and nothing changed: the name is taken or empty, or
-  /// the vehicle has another terrain, tick, integrator or gravity than those already there, or an integrator for one alone.
+  /// the vehicle has another terrain, tick, integrator or gravity than those already there.
   Problems add(const std::string& name, Simulator vehicle);
   /// Problems: there is none of that name.
   Problems remove(const std::string& name);
