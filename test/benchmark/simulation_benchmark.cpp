@@ -96,6 +96,34 @@ void driveFleet(benchmark::State& state, int threads) {
   reportPerStep(state, steps);
 }
 
+/// Twenty cars in two rows of ten on hills; the foremost of each brakes, the others push. A step of the whole fleet, 1 kHz.
+void pushFleet(benchmark::State& state, IntegratorKind integrator) {
+  constexpr std::size_t kRows = 2, kInRow = 10;
+  constexpr int kStepsToMeet = 2500, kSteps = 100;
+  constexpr std::size_t kFewestTouching = 6;
+  const auto terrain = terrainOf(hills(kHillCells));
+  const SimConfig config = configOf(integrator, ContactsPerEllipsoid::kValley);
+  Fleet fleet(1);
+  for (std::size_t i = 0; i < kRows * kInRow; ++i) {
+    const Problems refused = fleet.add("car" + std::to_string(i), make(car(), terrain, config));
+    if (!refused.empty()) return state.SkipWithError(refused.front().text().c_str());
+    if (!fleet.setDown(i, 4.3 * static_cast<double>(i % kInRow), 6.0 * static_cast<double>(i / kInRow), 0.0).empty())
+      return state.SkipWithError("cannot be set down");
+  }
+  const auto step = [&fleet] {
+    for (std::size_t k = 0; k < fleet.size(); ++k)
+      if (k % kInRow + 1 < kInRow) fleet.vehicle(k).command(twist(3.0));
+    return fleet.step() == StepStatus::kOk;
+  };
+  for (int i = 0; i < kStepsToMeet; ++i)
+    if (!step()) return state.SkipWithError("diverged");
+  for (auto _ : state)
+    for (int i = 0; i < kSteps; ++i)
+      if (!step()) return state.SkipWithError("diverged");
+  if (fleet.touching().size() < kFewestTouching) return state.SkipWithError("they do not push");
+  reportPerStep(state, kSteps);
+}
+
 void registerAll() {
   const std::pair<const char*, IntegratorKind> integrators[] = {{"semi_implicit", IntegratorKind::kSemiImplicitEuler},
                                                                 {"rk4", IntegratorKind::kRk4}};
@@ -121,6 +149,9 @@ void registerAll() {
   benchmark::RegisterBenchmark("fleet_20_rk4/ours, 2 threads", [](benchmark::State& s) { driveFleet(s, 2); })
       ->Unit(benchmark::kMillisecond)
       ->UseRealTime();
+  for (const IntegratorKind kind : allIntegrators())
+    if (kind != IntegratorKind::kExplicitEuler)
+      add(std::string("fleet_20_pushing_") + toString(kind) + "/ours", [=](benchmark::State& s) { pushFleet(s, kind); });
   // A circle that fits the smallest world: the same steps to the last bit in all of them.
   const std::pair<const char*, int> worlds[] = {{"2k", 32}, {"20k", 100}, {"200k", kHillCells}, {"2M", kManyHillCells}};
   for (const auto& [size, cell_count] : worlds) {

@@ -75,7 +75,8 @@ TEST(FleetIntegrators, BallsThatCollideInFlightKeepTheirMomentum) {
   for (const IntegratorKind kind : allIntegrators()) {
     Balls balls(kind, kTick, 30.0);
     balls.run(0.4);
-    // Each brings 10 N s. Forces are equal and opposite in every evaluation, and so are the differences of linearly_implicit.
+    // Each brings 10 N s. Forces are equal and opposite in every evaluation, and so are the differences of
+    // linearly_implicit.
     EXPECT_LT(balls.lost, kind == IntegratorKind::kLinearlyImplicit ? 1e-9 : 1e-12) << toString(kind);
   }
 }
@@ -241,6 +242,42 @@ TEST(FleetIntegrators, LinearlyImplicitSettlesAStackAtTenTimesTheExplicitLimit) 
     EXPECT_NEAR(fleet.vehicle(i).rootPose().p.z(), z, 1e-8) << i;
     EXPECT_LT(fleet.vehicle(i).rootVelocity_W().norm(), 1e-6) << i;
     z += 2.0 * kRadius - 2.0 * (2.0 - static_cast<double>(i)) * 9.81 / (kOmega * kOmega);
+  }
+}
+
+TEST(FleetIntegrators, FrictionHoldsOneVehicleOnAnotherOnASlope) {
+  // Twelve degrees, where what holds is a fifth of the weight and friction could hold half of it.
+  constexpr double kSlope = 0.21;
+  const auto slope = terrainOf(floorSoup(50.0, 1, kSlope));
+  for (const IntegratorKind kind : withinTheTick()) {
+    SimConfig config;
+    config.integrator = kind;
+    config.dt = kind == IntegratorKind::kLinearlyImplicit ? 0.01 : kTick;
+    config.mu_static = config.mu_kinetic = 0.5;
+    config.rest_detection = false;
+    Fleet fleet;
+    VehicleDescription plate = fourFeet(400.0, 1.0, 0.8, 0.2);
+    plate.links[0].ellipsoids.push_back(ellipsoid("top", {0, 0, 0.3}, {2.5, 2.5, 0.3}));
+    add(fleet, make(plate, slope, config));
+    add(fleet, make(fourFeet(20.0, 0.2, 0.2, 0.1), slope, config));
+    ASSERT_TRUE(fleet.setDown(0, 0.0, 0.0, 0.0).empty());
+    const Pose lower = fleet.vehicle(0).rootPose();
+    placeAt(fleet.vehicle(1), lower.p + lower.q * Vector3d(0.0, 0.0, 0.7), Vector3d::Zero(), Vector3d::Zero(), lower.q);
+    const auto run = [&fleet](double seconds) {
+      const auto steps = std::llround(seconds / fleet.vehicle(0).config().dt);
+      for (std::int64_t i = 0; i < steps; ++i) ASSERT_EQ(fleet.step(), StepStatus::kOk);
+    };
+    run(1.0);
+    const Vector3d before = fleet.vehicle(1).rootPose().p;
+    run(1.0);
+    EXPECT_LT((fleet.vehicle(1).rootPose().p - before).norm(), 1e-5) << toString(kind);
+    EXPECT_EQ(fleet.touching().size(), 4u) << toString(kind);
+    EXPECT_EQ(fleet.vehicle(1).events().floor_steps, 0) << toString(kind);
+    Vector3d pushed = Vector3d::Zero();
+    std::vector<ContactReport> contacts;
+    fleet.vehicle(1).contacts(contacts);
+    for (const ContactReport& c : contacts) pushed += c.normal_force * c.nhat_W + c.friction_W;
+    EXPECT_LT((pushed - Vector3d(0.0, 0.0, 20.0 * 9.80665)).norm(), 0.1) << toString(kind);
   }
 }
 

@@ -42,7 +42,7 @@ struct FleetSnapshot {
 /// All have one integrator. Those that size their steps within the tick (rk4_events, dormand_prince, linearly_implicit) size
 /// them for an island as a whole, by the contacts of any of its vehicles, the largest error, the strictest error_tolerance and
 /// the most contact_substeps; so a vehicle that is near another has other steps than alone, whether they touch or not.
-/// linearly_implicit conserves linear momentum too, to what rounding makes of its differences.
+/// linearly_implicit conserves linear momentum of rigid bodies too, to what rounding makes of its differences.
 ///
 /// A vehicle near another is left at rest only if all of its island are. Estimates of the local error are not made in ticks
 /// in which a vehicle is part of an island.
