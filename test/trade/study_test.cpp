@@ -12,6 +12,7 @@
 #include "ellipsoid_vehicle_sim/trade/closed_forms.h"
 #include "ellipsoid_vehicle_sim/trade/cost_split.h"
 #include "ellipsoid_vehicle_sim/trade/study_manifest.h"
+#include "support/slowdown.h"
 #include "support/temporary_files.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -99,6 +100,7 @@ TEST(Study, ErrorsOfTheMethodAreThoseOfItsOrder) {
   const LoadedScene scene = shipped("tossed_body");
   StudyBudget budget = StudyBudget::quick();
   budget.steps = {2.5e-3, 5e-3};
+  budget.cells *= slowdown();
   const std::vector<StudyRow> rows = studyScene(scene, budget, [](const StudyRow&, double) { return true; });
   const auto errorOf = [&](const std::string& integrator, double dt) {
     for (const StudyRow& row : rows)

@@ -134,7 +134,8 @@ TEST(Linearisation, ModesOfACarAreNamedByTheForceBehindThem) {
 
 TEST(Linearisation, EveryModeSaysWhatEachIntegratorHoldsOfIt) {
   // An oscillator with the mode's frequency and damping: the closed forms.
-  const StabilityCertificate& certificate = make(car(), flatFloor(), SimConfig{}).certificate();
+  const Simulator simulator = make(car(), flatFloor(), SimConfig{});
+  const StabilityCertificate& certificate = simulator.certificate();
   ASSERT_FALSE(certificate.modes.empty());
   for (const StabilityMode& mode : certificate.modes) {
     if (mode.damping_ratio > 0.999 || mode.damping_ratio < 0.0) continue;
