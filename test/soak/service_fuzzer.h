@@ -5,6 +5,7 @@
 #include <std_srvs/Trigger.h>
 
 #include <chrono>
+#include <cmath>
 #include <fstream>
 #include <map>
 #include <string>
@@ -99,7 +100,9 @@ class ServiceFuzzer {
     ++latency.calls;
     latency.worst = std::max(latency.worst, took);
     latency.worst_served = std::max(latency.worst_served, took - waited);
-    if (!answered && ros::ok()) fault(name + " was not answered");
+    if (!answered && ros::ok())
+      fault(name + " was not answered after " + std::to_string(std::lround(1e3 * took)) + " ms; the master " +
+            (ros::service::exists(node_ + "/" + name, false) ? "knows it" : "does not know it"));
     if (answered && NanSearch::finds(service.response)) fault("NaN in the answer of " + name);
     return answered;
   }
