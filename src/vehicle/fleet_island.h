@@ -72,7 +72,6 @@ class FleetIsland {
   void addMember(FleetMember& member, int place);
   /// Both members are there already.
   void addPair(PairCandidate& pair);
-  bool empty() const { return members_.empty(); }
 
   /// One tick of all. Leaves in the members what came of it, and in the pairs the contacts of its end.
   void tick();

@@ -2,10 +2,10 @@
 #include <algorithm>
 
 #include "contact_events.h"
-#include "ellipsoid_vehicle_sim/dynamics/integrator.h"
 #include "error_control.h"
 #include "fleet_island.h"
 #include "linearly_implicit.h"
+#include "whole_step.h"
 
 namespace ellipsoid_vehicle_sim {
 
@@ -41,18 +41,10 @@ void FleetIsland::tick() {
   const double T = tickLength();
   switch (impl(0).config.integrator) {
     case IntegratorKind::kExplicitEuler:
-      beginStep(T);
-      explicitEulerStep(*this, x_, T, buffers_.k, buffers_.scratch);
-      accept(x_, T, true);
-      break;
     case IntegratorKind::kSemiImplicitEuler:
-      beginStep(T);
-      semiImplicitEulerStep(*this, x_, T, buffers_.k, buffers_.scratch);
-      accept(x_, T, true);
-      break;
     case IntegratorKind::kRk4:
       beginStep(T);
-      rk4Step(*this, x_, T, buffers_.k, buffers_.scratch);
+      wholeStep(*this, impl(0).config.integrator, x_, T, buffers_.k, buffers_.scratch);
       accept(x_, T, true);
       break;
     case IntegratorKind::kRk4Events:

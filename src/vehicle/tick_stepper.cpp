@@ -5,11 +5,11 @@
 #include <cmath>
 
 #include "contact_events.h"
-#include "ellipsoid_vehicle_sim/dynamics/integrator.h"
 #include "ellipsoid_vehicle_sim/vehicle/drive.h"
 #include "error_control.h"
 #include "linearly_implicit.h"
 #include "one_vehicle.h"
+#include "whole_step.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {
@@ -69,7 +69,8 @@ TickOutcome TickStepper::advance(VehicleState& state, std::vector<ContactMemory>
     case IntegratorKind::kExplicitEuler:
     case IntegratorKind::kSemiImplicitEuler:
     case IntegratorKind::kRk4:
-      takeWhole(state);
+      dynamics_.beginStep(state, config_.dt);
+      wholeStep(dynamics_, config_.integrator, state.motion, config_.dt, buffers_.k, buffers_.scratch);
       accept(state, state.motion, config_.dt, ends_tick, before, outcome);
       break;
     case IntegratorKind::kRk4Events: ContactEvents<OneVehicle>(vehicle).take(); break;
@@ -117,16 +118,6 @@ bool TickStepper::takeFlight(VehicleState& state, std::vector<ContactMemory>& be
   dynamics_.acceptFlight(state, config_.dt, before, ends_tick);
   ++outcome.steps;
   return true;
-}
-
-void TickStepper::takeWhole(VehicleState& state) {
-  MotionRate (&k)[4] = buffers_.k;
-  dynamics_.beginStep(state, config_.dt);
-  switch (config_.integrator) {
-    case IntegratorKind::kExplicitEuler: explicitEulerStep(dynamics_, state.motion, config_.dt, k, buffers_.scratch); break;
-    case IntegratorKind::kSemiImplicitEuler: semiImplicitEulerStep(dynamics_, state.motion, config_.dt, k, buffers_.scratch); break;
-    default: rk4Step(dynamics_, state.motion, config_.dt, k, buffers_.scratch); break;
-  }
 }
 
 double TickStepper::errorOf(const MotionRate& error, double h) const {

@@ -3,6 +3,7 @@
 
 #include "ellipsoid_vehicle_sim/contact/damped_spring.h"
 #include "ellipsoid_vehicle_sim/vehicle/fleet.h"
+#include "support/fleet_sums.h"
 #include "support/motions.h"
 
 namespace ellipsoid_vehicle_sim::test {
@@ -19,18 +20,6 @@ std::vector<IntegratorKind> withinTheTick() {
 void add(Fleet& fleet, Simulator vehicle) {
   const Problems problems = fleet.add("v" + std::to_string(fleet.size()), std::move(vehicle));
   ASSERT_TRUE(problems.empty()) << problemText(problems);
-}
-
-Vector3d momentumOf(const Fleet& fleet) {
-  Vector3d sum = Vector3d::Zero();
-  for (std::size_t i = 0; i < fleet.size(); ++i) sum += fleet.vehicle(i).momentum_W();
-  return sum;
-}
-
-double energyOf(const Fleet& fleet) {
-  double sum = fleet.energyBetween();
-  for (std::size_t i = 0; i < fleet.size(); ++i) sum += fleet.vehicle(i).energy();
-  return sum;
 }
 
 /// Two rugby balls on elastic springs, off-centre and spinning, touch once in flight.

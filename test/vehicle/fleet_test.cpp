@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "support/fleet_sums.h"
 #include "support/meshes.h"
 #include "support/motions.h"
 
@@ -30,21 +31,9 @@ void run(Fleet& fleet, int steps) {
   for (int i = 0; i < steps; ++i) ASSERT_EQ(fleet.step(), StepStatus::kOk);
 }
 
-Vector3d momentumOf(const Fleet& fleet) {
-  Vector3d sum = Vector3d::Zero();
-  for (std::size_t i = 0; i < fleet.size(); ++i) sum += fleet.vehicle(i).momentum_W();
-  return sum;
-}
-
 Vector3d angularMomentumOf(const Fleet& fleet) {
   Vector3d sum = Vector3d::Zero();
   for (std::size_t i = 0; i < fleet.size(); ++i) sum += fleet.vehicle(i).angularMomentum_W();
-  return sum;
-}
-
-double energyOf(const Fleet& fleet) {
-  double sum = fleet.energyBetween();
-  for (std::size_t i = 0; i < fleet.size(); ++i) sum += fleet.vehicle(i).energy();
   return sum;
 }
 

@@ -93,7 +93,6 @@ class TickStepper {
 
  private:
   bool takeFlight(VehicleState& state, std::vector<ContactMemory>& before, bool ends_tick, TickOutcome& outcome);
-  void takeWhole(VehicleState& state);
   std::uint64_t pressing() const;
 
   const VehicleModel& model_;
