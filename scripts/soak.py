@@ -29,6 +29,7 @@ SHORTEST_WARM_UP = 6.0  # but at least so long [s of wall time]
 SHORTEST_RUN = 20.0  # [s of wall time]: to see what becomes of the memory
 SAMPLE = 0.1  # of the memory [s]: between two floods it is small for a moment only
 QUIET = 5.0  # nobody listens any more, so that memory is seen without what waits for somebody [s]
+MOST_LOST = 0.002  # of the calls: answers that roscpp's client lost, which asked again (ros_comm issue 1976)
 CALLER = "/soak"
 PARAMETERS = {"vehicle_file": "car", "world": "course", "real_time_factor": 0.0, "noise_seed": 1, "imu_acceleration_noise": 0.1,
               "lidars": ["front", "top"], "front": {"pose": [1.9, 0.0, 0.35, 0.0, 0.0, 0.0], "noise": 0.01, "samples": 361},
@@ -141,7 +142,7 @@ class Soak:
         self.random = random.Random(options.seed)
         self.log = open(os.path.join(folder, "others.log"), "w")
         self.faults, self.latencies = [], {}
-        self.messages = self.commands = self.restarts = self.clients = 0
+        self.messages = self.commands = self.restarts = self.clients = self.lost = 0
         self.simulated, self.heard_all = 0.0, False
 
     def fault(self, text):
@@ -168,6 +169,7 @@ class Soak:
             self.latencies[name] = (before[0] + calls, max(before[1], worst), max(before[2], served))
         self.messages += report["messages"]
         self.commands += report["commands"]
+        self.lost += report["lost"]
         self.heard_all = self.heard_all or not report["silent"]
         self.silent = report["silent"]
 
@@ -291,6 +293,9 @@ class Soak:
         for name, (calls, worst, served) in sorted(self.latencies.items()):
             if served > LONGEST_ANSWER:
                 self.fault("%s took %.0f ms once (%.0f ms by the wall clock)" % (name, 1e3 * served, 1e3 * worst))
+        calls = sum(calls for calls, _, _ in self.latencies.values())
+        if self.lost > 1 + MOST_LOST * calls:
+            self.fault("%d of %d calls had to be made twice" % (self.lost, calls))
         if not self.heard_all:
             self.fault("no message ever on: " + ", ".join(self.silent))
         if self.simulated < 3600.0 * self.options.hours:
@@ -309,6 +314,7 @@ class Soak:
         lines.append("service: calls, longest answer [ms], less the wait for a processor [ms]")
         lines += ["  %-16s %7d %8.1f %8.1f" % (name, calls, 1e3 * worst, 1e3 * served)
                   for name, (calls, worst, served) in sorted(self.latencies.items())]
+        lines.append("%d calls were made a second time, as roscpp's client lost the answer" % self.lost)
         lines += ["SIGINT %s: %.2f s" % (when, took) for when, took, _ in self.ends]
         lines += ["FAULT: " + text for text in self.faults]
         lines.append("%d faults: %s" % (len(self.faults), "failed" if self.faults else "passed"))

@@ -121,10 +121,10 @@ int run(int argc, char** argv) {
     latencies += text;
   }
   std::printf(
-      "{\"from\": %.6f, \"to\": %.6f, \"messages\": %ld, \"commands\": %ld, \"services\": {%s}, \"silent\": %s, "
-      "\"faults\": %s}\n",
-      first, watcher.time(), watcher.messages(), commands.sent(), latencies.c_str(), listed(watcher.silent()).c_str(),
-      listed(faults).c_str());
+      "{\"from\": %.6f, \"to\": %.6f, \"messages\": %ld, \"commands\": %ld, \"services\": {%s}, \"lost\": %ld, "
+      "\"silent\": %s, \"faults\": %s}\n",
+      first, watcher.time(), watcher.messages(), commands.sent(), latencies.c_str(), services.lost(),
+      listed(watcher.silent()).c_str(), listed(faults).c_str());
   return 0;
 }
 
