@@ -149,10 +149,13 @@ class Soak:
         self.faults.append(text)
         print("FAULT: " + text, flush=True)
 
-    def client(self, node, seconds, wall):
+    def command(self, node, master, seed, seconds, wall):
+        return [self.options.client, "/simulator", str(node.process.pid), str(master.process.pid), str(seed), "%g" % seconds,
+                "%g" % wall]
+
+    def client(self, node, master, seconds, wall):
         """One client for so many simulated seconds; what it saw, or None if it could not."""
-        command = [self.options.client, "/simulator", str(node.process.pid), str(self.random.randrange(2 ** 31)), "%g" % seconds,
-                   "%g" % wall]
+        command = self.command(node, master, self.random.randrange(2 ** 31), seconds, wall)
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=self.log, text=True, timeout=wall + 900.0)
         try:
             return json.loads(done.stdout.strip().splitlines()[-1])
@@ -183,7 +186,7 @@ class Soak:
             left = self.options.wall - (time.monotonic() - start)
             if left <= 0.0:
                 break
-            report = self.client(node, min(segment, max(60.0, target - self.simulated)), min(left, 600.0))
+            report = self.client(node, master, min(segment, max(60.0, target - self.simulated)), min(left, 600.0))
             if node.process.poll() is not None:
                 self.fault("the node ended by itself with %d:\n%s" % (node.process.returncode, node.end_of_log()))
                 return
@@ -249,8 +252,7 @@ class Soak:
                 master.wait(lambda: master.server.lookupService(CALLER, "/simulator/state_hash")[0] == 1, "the node's services")
                 time.sleep(self.random.uniform(0.0, 0.5))
             if kind == "while it serves":
-                client = subprocess.Popen([self.options.client, "/simulator", str(node.process.pid), str(number), "1e9", "60"],
-                                          stdout=self.log, stderr=self.log)
+                client = subprocess.Popen(self.command(node, master, number, 1e9, 60.0), stdout=self.log, stderr=self.log)
                 time.sleep(self.random.uniform(0.5, 2.0))
             if kind == "while it steps":
                 # Hours of simulated time: it would answer long after we are gone.

@@ -47,11 +47,14 @@ class ServiceFuzzer {
   struct Latency {
     long calls = 0;
     double worst = 0.0;         ///< [s] as the caller felt it.
-    double worst_served = 0.0;  ///< less the time that caller and simulator waited for a processor [s].
+    double worst_served = 0.0;  ///< less the time that caller, simulator and master waited for a processor [s].
   };
 
-  ServiceFuzzer(std::string node, std::vector<std::string> ellipsoids, long pid, std::uint64_t seed)
-      : node_(std::move(node)), ellipsoids_(std::move(ellipsoids)), pid_(pid), random_(seed) {}
+  /// `pids`: of the simulator, and of the master, which is asked for the way before every call.
+  ServiceFuzzer(std::string node, std::vector<std::string> ellipsoids, std::vector<long> pids, std::uint64_t seed)
+      : node_(std::move(node)), ellipsoids_(std::move(ellipsoids)), pids_(std::move(pids)), random_(seed) {
+    pids_.push_back(getpid());
+  }
 
   void round() {
     switch (random_.index(12)) {
@@ -93,7 +96,7 @@ class ServiceFuzzer {
   template <typename Service>
   bool call(const std::string& name, Service& service) {
     using Clock = std::chrono::steady_clock;
-    const double before = waitedForProcessor(pid_) + waitedForProcessor(getpid());
+    const double before = waited();
     const auto start = Clock::now();
     bool answered = ros::service::call(node_ + "/" + name, service);
     // A roscpp client that asks on a connection of its own throws an answer away now and then that comes before it
@@ -103,16 +106,21 @@ class ServiceFuzzer {
       answered = ros::NodeHandle().serviceClient<Service>(node_ + "/" + name, true).call(service);
     }
     const double took = std::chrono::duration<double>(Clock::now() - start).count();
-    const double waited = waitedForProcessor(pid_) + waitedForProcessor(getpid()) - before;
+    const double served = took - (waited() - before);
     Latency& latency = latencies_[name];
     ++latency.calls;
     latency.worst = std::max(latency.worst, took);
-    latency.worst_served = std::max(latency.worst_served, took - waited);
+    latency.worst_served = std::max(latency.worst_served, served);
     if (!answered && ros::ok())
       fault(name + " was not answered after " + std::to_string(std::lround(1e3 * took)) + " ms; the master " +
             (ros::service::exists(node_ + "/" + name, false) ? "knows it" : "does not know it"));
     if (answered && NanSearch::finds(service.response)) fault("NaN in the answer of " + name);
     return answered;
+  }
+  double waited() const {
+    double sum = 0.0;
+    for (const long pid : pids_) sum += waitedForProcessor(pid);
+    return sum;
   }
   void fault(const std::string& text) {
     if (faults_.size() < 20) faults_.push_back(text);
@@ -216,7 +224,7 @@ class ServiceFuzzer {
 
   std::string node_;
   std::vector<std::string> ellipsoids_;
-  long pid_;
+  std::vector<long> pids_;
   AbsurdNumbers random_;
   std::vector<std::uint8_t> saved_;
   std::map<std::string, Latency> latencies_;

@@ -1,5 +1,5 @@
-// soak_client NODE PID SEED SECONDS WALL: bothers a running simulator for so many simulated seconds, WALL seconds at
-// most. Prints one line of JSON: what was seen. scripts/soak.py starts it again and again.
+// soak_client NODE PID MASTER_PID SEED SECONDS WALL: bothers a running simulator for so many simulated seconds, WALL
+// seconds at most. Prints one line of JSON: what was seen. scripts/soak.py starts it again and again.
 #include <ros/master.h>
 #include <ros/ros.h>
 
@@ -47,14 +47,14 @@ std::vector<std::string> unwatched(ros::NodeHandle& nh, const std::vector<std::s
 }
 
 int run(int argc, char** argv) {
-  if (argc != 6) {
-    std::fprintf(stderr, "soak_client NODE PID SEED SECONDS WALL\n");
+  if (argc != 7) {
+    std::fprintf(stderr, "soak_client NODE PID MASTER_PID SEED SECONDS WALL\n");
     return 2;
   }
   const std::string node = argv[1];
-  const long pid = std::atol(argv[2]);
-  const auto seed = static_cast<std::uint64_t>(std::atoll(argv[3]));
-  const double seconds = std::atof(argv[4]), wall = std::atof(argv[5]);
+  const std::vector<long> pids = {std::atol(argv[2]), std::atol(argv[3])};
+  const auto seed = static_cast<std::uint64_t>(std::atoll(argv[4]));
+  const double seconds = std::atof(argv[5]), wall = std::atof(argv[6]);
   ros::NodeHandle nh;
   TopicWatcher watcher(nh, node);
   ros::AsyncSpinner spinner(1);
@@ -80,7 +80,7 @@ int run(int argc, char** argv) {
   }
   const auto state = ros::topic::waitForMessage<sensor_msgs::JointState>("joint_states", nh, kPatience);
   CommandFuzzer commands(nh, state ? state->name : std::vector<std::string>(), seed + 1);
-  ServiceFuzzer services(node, ellipsoids, pid, seed + 2);
+  ServiceFuzzer services(node, ellipsoids, pids, seed + 2);
   if (!shapes || ellipsoids.empty() || !state) faults.push_back("the latched messages did not come");
   services.settle();
 
