@@ -1,9 +1,6 @@
 # One program per test file, named like it; ctest runs them all. Test data is read where it lies in the sources.
-find_package(GTest 1.10 QUIET CONFIG)
-if(NOT TARGET GTest::gtest_main)
-  #catkin_lint: ignore_once shadowed_find
-  find_package(GTest REQUIRED)
-endif()
+# By CMake's own module: GTest's configuration of Noetic's time is an error where GMock is not installed.
+find_package(GTest REQUIRED)
 if(NOT TARGET GTest::gtest_main)  # its name in the find module of CMake before 3.20
   add_library(GTest::gtest_main INTERFACE IMPORTED)
   target_link_libraries(GTest::gtest_main INTERFACE GTest::GTest GTest::Main)
