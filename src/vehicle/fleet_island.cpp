@@ -1,183 +1,135 @@
 #include "fleet_island.h"
 
-#include <algorithm>
-#include <iterator>
-
 namespace ellipsoid_vehicle_sim {
-
-using Eigen::Vector3d;
-
-namespace {
-
-template <typename Buffers, typename Visit>
-void forEachRate(Buffers& buffers, const Visit& visit) {
-  for (auto& rate : buffers.k) visit(rate);
-  for (auto& rate : buffers.stages) visit(rate);
-  visit(buffers.sum);
-  visit(buffers.error);
-}
-
-}  // namespace
 
 void FleetIsland::reserve(std::size_t members) {
   constexpr std::size_t kPairs = 64;
   members_.reserve(members);
   places_.reserve(members);
   pairs_.reserve(kPairs);
-  for (IslandMotion* motion : {&x_, &buffers_.trial, &buffers_.scratch}) {
-    motion->of.reserve(members);
-    motion->anchor.reserve(kPairs);
-  }
-  forEachRate(buffers_, [&](IslandRate& rate) {
-    rate.of.reserve(members);
-    rate.anchor.reserve(kPairs);
-  });
+  stepper_.reserve(members);
 }
 
 void FleetIsland::clear() {
   members_.clear();
   places_.clear();
   pairs_.clear();
+  stepper_.clear();
 }
 
 void FleetIsland::addMember(FleetMember& member, int place) {
+  Simulator::Impl& s = *member.simulator->impl_;
   members_.push_back(&member);
   places_.push_back(place);
+  stepper_.addVehicle({&s.model, &s.config, s.dynamics.get(), s.stepper.get(), &s.state, &s.previous.memory}, place);
 }
 
 void FleetIsland::addPair(PairCandidate& pair) {
-  for (int s = 0; s < 2; ++s) pair.at[s] = static_cast<int>(placeOf(pair.member[s]));
   pairs_.push_back(&pair);
+  stepper_.addPair(pair);
 }
 
-std::size_t FleetIsland::placeOf(int member) const {
-  return static_cast<std::size_t>(std::lower_bound(places_.begin(), places_.end(), member) - places_.begin());
-}
-
-void FleetIsland::setUp() {
-  x_.of.clear();
-  buffers_.trial.of.clear();
-  buffers_.scratch.of.clear();
-  forEachRate(buffers_, [this](IslandRate& rate) {
-    rate.of.clear();
-    rate.anchor.assign(pairs_.size(), Vector3d::Zero());
-  });
+// All or none: one that moves may touch those that stand.
+bool FleetIsland::rests() {
+  bool resting = true;
+  for (std::size_t i = 0; i < members_.size(); ++i) resting = resting && impl(i).resting;
+  for (const PairCandidate* pair : pairs_) resting = resting && pair->memory.slack == 0.0;
+  if (!resting)
+    for (std::size_t i = 0; i < members_.size(); ++i) impl(i).resting = false;
+  resting = true;
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    TickStepper::Buffers& own = stepper(i).buffers();
-    x_.of.push_back(&impl(i).state.motion);
-    buffers_.trial.of.push_back(&own.trial);
-    buffers_.scratch.of.push_back(&own.scratch);
-    for (std::size_t j = 0; j < std::size(own.k); ++j) buffers_.k[j].of.push_back(&own.k[j]);
-    for (std::size_t j = 0; j < std::size(own.stages); ++j) buffers_.stages[j].of.push_back(&own.stages[j]);
-    buffers_.sum.of.push_back(&own.sum);
-    buffers_.error.of.push_back(&own.error);
+    members_[i]->timed_out = impl(i).beginTick();
+    resting = resting && impl(i).resting;
   }
-  x_.anchor.clear();
-  for (const PairCandidate* pair : pairs_) x_.anchor.push_back(pair->memory.anchor_W);
-  buffers_.trial.anchor = buffers_.scratch.anchor = x_.anchor;
+  for (const PairCandidate* pair : pairs_) resting = resting && pair->memory.slack == 0.0;
+  return resting;
 }
 
-PairSide FleetIsland::side(const PairCandidate& pair, int which, const IslandMotion& x) const {
-  const auto i = static_cast<std::size_t>(pair.at[which]);
-  return {impl(i).dynamics.get(), x.of[i], pair.memory.ellipsoid[which]};
-}
-
-void FleetIsland::addForce(const PairCandidate& pair, int which, const IslandMotion& x, const Vector3d& p_WC,
-                           const Vector3d& f_W) {
-  const auto i = static_cast<std::size_t>(pair.at[which]);
-  dynamics(i).addForce(*x.of[i], {pair.memory.ellipsoid[which], p_WC, which == 0 ? f_W : Vector3d(-f_W)});
-}
-
-void FleetIsland::rate(const IslandMotion& x, double fraction, IslandRate& k) {
-  for (std::size_t i = 0; i < members_.size(); ++i) dynamics(i).beginRate(*x.of[i], fraction, *k.of[i]);
-  for (std::size_t p = 0; p < pairs_.size(); ++p) {
-    PairCandidate& pair = *pairs_[p];
-    k.anchor[p].setZero();
-    if (!evaluatePair(side(pair, 0, x), side(pair, 1, x), x.anchor[p], pair)) continue;
-    // One that is first met within the step has no stretch before its end.
-    if (pair.known) k.anchor[p] = pair.force.anchor_rate_W;
-    for (int s = 0; s < 2; ++s) addForce(pair, s, x, pair.p_WC, pair.f_W);
+void FleetIsland::tick() {
+  if (rests()) {
+    for (std::size_t i = 0; i < members_.size(); ++i) impl(i).restTick(members_[i]->timed_out);
+    return;
   }
-  for (std::size_t i = 0; i < members_.size(); ++i) dynamics(i).endRate(*x.of[i], *k.of[i]);
+  for (std::size_t i = 0; i < members_.size(); ++i) impl(i).resting = false;
+  beginShadows();
+  const bool sane = stepper_.advance();
+  if (sane) endShadows();
+  endTick(sane);
 }
 
-void FleetIsland::positionRates(const IslandMotion& x, IslandRate& k) {
-  for (std::size_t i = 0; i < members_.size(); ++i) dynamics(i).positionRates(*x.of[i], *k.of[i]);
-  for (std::size_t p = 0; p < pairs_.size(); ++p) {
-    PairCandidate& pair = *pairs_[p];
-    if (!pair.known || !pair.contact) continue;
-    updatePairForce(side(pair, 0, x), side(pair, 1, x), x.anchor[p], pair);
-    k.anchor[p] = pair.force.anchor_rate_W;
+void FleetIsland::beginShadows() {
+  estimates_ = checks_ = false;
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    estimates_ = estimates_ || impl(i).estimatesNow();
+    checks_ = checks_ || impl(i).checksSavings();
+  }
+  if (!estimates_ && !checks_) return;
+  halves_.clear();
+  whole_.clear();
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    Simulator::Impl& s = impl(i);
+    if (estimates_) halves_.addVehicle(s.needEstimator().run(), s.state, places_[i]);
+    if (checks_) whole_.addVehicle(s.needSavingsCheck().run(), s.state, places_[i]);
+  }
+  if (estimates_) halves_.addPairs(pairs_);
+  if (checks_) whole_.addPairs(pairs_);
+}
+
+void FleetIsland::endShadows() {
+  const bool estimated = estimates_ && halves_.advance(false) && halves_.advance();
+  const bool agrees = checks_ && whole_.advance() && whole_.agrees(pairs_);
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    Simulator::Impl& s = impl(i);
+    if (estimated && s.estimatesNow()) {
+      s.estimator->compare(s.state, s.estimate);
+      s.estimate.step = s.step_count + 1;
+    }
+    if (s.checksSavings() && !(agrees && s.savings_check->isAt(s.state))) ++s.events.savings_differences;
   }
 }
 
-void FleetIsland::advance(const IslandMotion& x, double h, const IslandRate& k, IslandMotion& result) const {
-  for (std::size_t i = 0; i < members_.size(); ++i) dynamics(i).advance(*x.of[i], h, *k.of[i], *result.of[i]);
-  for (std::size_t p = 0; p < pairs_.size(); ++p) result.anchor[p] = x.anchor[p] + h * k.anchor[p];
-}
-
-void FleetIsland::advanceVelocities(IslandMotion& x, double h, const IslandRate& k) const {
-  for (std::size_t i = 0; i < members_.size(); ++i) dynamics(i).advanceVelocities(*x.of[i], h, *k.of[i]);
-}
-
-void FleetIsland::advancePositions(IslandMotion& x, double h, const IslandRate& k) const {
-  for (std::size_t i = 0; i < members_.size(); ++i) dynamics(i).advancePositions(*x.of[i], h, *k.of[i]);
-  for (std::size_t p = 0; p < pairs_.size(); ++p) x.anchor[p] += h * k.anchor[p];
-}
-
-void FleetIsland::toTangent(double h, const IslandRate& previous, IslandRate& k) const {
-  for (std::size_t i = 0; i < members_.size(); ++i) dynamics(i).toTangent(h, *previous.of[i], *k.of[i]);
-}
-
-void FleetIsland::combine(IslandRate (&k)[4]) const {
-  // The dynamics combine four rates that lie side by side, as the members' do.
-  for (std::size_t i = 0; i < members_.size(); ++i) dynamics(i).combine(stepper(i).buffers().k);
-  for (std::size_t p = 0; p < pairs_.size(); ++p)
-    k[0].anchor[p] = (k[0].anchor[p] + 2.0 * k[1].anchor[p] + 2.0 * k[2].anchor[p] + k[3].anchor[p]) / 6.0;
-}
-
-void FleetIsland::weightedSum(const double* weights, const IslandRate* k, int n, IslandRate& sum) const {
-  for (std::size_t i = 0; i < members_.size(); ++i) dynamics(i).weightedSum(weights, k[0].of[i], n, *sum.of[i]);
-  for (std::size_t p = 0; p < pairs_.size(); ++p) {
-    sum.anchor[p].setZero();
-    for (int s = 0; s < n; ++s) sum.anchor[p] += weights[s] * k[s].anchor[p];
+void FleetIsland::endTick(bool sane) {
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    Simulator::Impl& s = impl(i);
+    s.touched.clear();
+    s.outside.clear();
+    s.endTick(stepper_.outcome(i), members_[i]->timed_out);
   }
+  if (sane) tellPairs();
 }
 
 void FleetIsland::tell() {
-  setUp();
   for (std::size_t i = 0; i < members_.size(); ++i) {
     Simulator::Impl& s = impl(i);
     s.touched.clear();
     s.outside.clear();
     s.observed_fresh = false;
-    s.dynamics->poseAt(s.state);
   }
-  for (std::size_t p = 0; p < pairs_.size(); ++p) {
-    PairCandidate& pair = *pairs_[p];
-    if (evaluatePair(side(pair, 0, x_), side(pair, 1, x_), pair.memory.anchor_W, pair)) tellPair(pair);
-  }
+  stepper_.evaluatePairs();
+  tellPairs();
 }
 
-void FleetIsland::tellPair(const PairCandidate& pair) {
-  if (!pair.contact) return;
-  for (int s = 0; s < 2; ++s) {
-    Simulator::Impl& one = impl(static_cast<std::size_t>(pair.at[s]));
-    const double sign = s == 0 ? 1.0 : -1.0;
-    ContactReport report;
-    report.ellipsoid = pair.memory.ellipsoid[s];
-    report.triangle = -1;
-    report.other = pair.memory.vehicle[1 - s];
-    report.other_ellipsoid = pair.memory.ellipsoid[1 - s];
-    report.p_WC = s == 0 ? pair.contact.p_WE_second : pair.contact.p_WE_first;
-    report.nhat_W = sign * pair.contact.nhat_W;
-    report.depth = pair.contact.depth;
-    report.normal_force = pair.force.normal;
-    report.friction_W = sign * pair.force.friction_W;
-    report.friction_limit = pair.force.friction_limit;
-    report.sliding = pair.force.sliding;
-    one.touched.push_back(report);
-    one.outside.push_back({pair.memory.ellipsoid[s], pair.p_WC, sign * pair.f_W});
+void FleetIsland::tellPairs() {
+  for (const PairCandidate* pair : pairs_) {
+    if (!pair->contact) continue;
+    for (int s = 0; s < 2; ++s) {
+      Simulator::Impl& one = impl(static_cast<std::size_t>(pair->at[s]));
+      const double sign = s == 0 ? 1.0 : -1.0;
+      ContactReport report;
+      report.ellipsoid = pair->memory.ellipsoid[s];
+      report.triangle = -1;
+      report.other = pair->memory.vehicle[1 - s];
+      report.other_ellipsoid = pair->memory.ellipsoid[1 - s];
+      report.p_WC = s == 0 ? pair->contact.p_WE_second : pair->contact.p_WE_first;
+      report.nhat_W = sign * pair->contact.nhat_W;
+      report.depth = pair->contact.depth;
+      report.normal_force = pair->force.normal;
+      report.friction_W = sign * pair->force.friction_W;
+      report.friction_limit = pair->force.friction_limit;
+      report.sliding = pair->force.sliding;
+      one.touched.push_back(report);
+      one.outside.push_back({pair->memory.ellipsoid[s], pair->p_WC, sign * pair->f_W});
+    }
   }
 }
 

@@ -1,10 +1,6 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
-#include "pair_contact.h"
+#include "island_shadow.h"
 #include "simulator_impl.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -16,55 +12,14 @@ struct FleetMember {
   std::unique_ptr<Simulator> simulator;
   std::int64_t times_placed = -1;  ///< as last seen.
 
-  TickOutcome outcome;
   bool timed_out = false;
   std::vector<Eigen::AlignedBox3d> boxes;  ///< of each ellipsoid, on its way through the tick.
   Eigen::AlignedBox3d box;                 ///< of all.
 };
 
-/// Motions of an island's vehicles, where they lie, and what integrates of their contacts with each other. Assignment
-/// copies the values.
-struct IslandMotion {
-  std::vector<Motion*> of;
-  std::vector<Eigen::Vector3d> anchor;  ///< per candidate.
-
-  IslandMotion() = default;
-  IslandMotion(IslandMotion&&) = default;
-  IslandMotion& operator=(const IslandMotion& other) {
-    for (std::size_t i = 0; i < of.size(); ++i) *of[i] = *other.of[i];
-    anchor = other.anchor;
-    return *this;
-  }
-};
-
-/// Rates that lie side by side (stages of a method) do so for each of the vehicles, too.
-struct IslandRate {
-  std::vector<MotionRate*> of;
-  std::vector<Eigen::Vector3d> anchor;
-};
-
-/// The largest of some numbers that are not negative; no number where one of them is none.
-class Largest {
- public:
-  void add(double value) {
-    sum_ += value;
-    largest_ = std::max(largest_, value);
-  }
-  double value() const { return std::isnan(sum_) ? sum_ : largest_; }
-
- private:
-  double sum_ = 0.0, largest_ = 0.0;
-};
-
-/// Vehicles that could touch each other within the tick, advanced by one rate function. A System of integrator.h, and
-/// what the methods ask for that size their steps within the tick: see OneVehicle. These steps are those of all.
+/// Vehicles that could touch each other within the tick: takes them over it together, and tells each what it feels.
 class FleetIsland {
  public:
-  using System = FleetIsland;
-  using State = IslandMotion;
-  using Rate = IslandRate;
-  using Buffers = StepBuffers<IslandMotion, IslandRate>;
-
   /// Room for so many vehicles.
   void reserve(std::size_t members);
   void clear();
@@ -78,101 +33,22 @@ class FleetIsland {
   /// What the members feel of each other now, at the state itself, told to them; for a state that no tick led to.
   void tell();
 
-  // System.
-  void rate(const IslandMotion& x, double fraction, IslandRate& k);
-  void positionRates(const IslandMotion& x, IslandRate& k);
-  void advance(const IslandMotion& x, double h, const IslandRate& k, IslandMotion& result) const;
-  void advanceVelocities(IslandMotion& x, double h, const IslandRate& k) const;
-  void advancePositions(IslandMotion& x, double h, const IslandRate& k) const;
-  void toTangent(double h, const IslandRate& previous, IslandRate& k) const;
-  void combine(IslandRate (&k)[4]) const;
-  void weightedSum(const double* weights, const IslandRate* k, int n, IslandRate& sum) const;
-
-  // Steps within the tick: island_steps.cpp.
-  System& system() { return *this; }
-  Buffers& buffers() { return buffers_; }
-  double tickLength() const { return impl(0).config.dt; }
-  int vehicles() const { return static_cast<int>(members_.size()); }
-  const IslandMotion& start() const { return x_; }
-  void beginStep(double h);
-  bool accept(const IslandMotion& end, double h, bool last);
-  bool isSound(const IslandMotion& x) const;
-  void countFloorStep();
-
-  // dormand_prince: the largest error of any counts, and the strictest tolerance.
-  double tolerance() const;
-  double errorOf(const IslandRate& error, double h) const;
-
-  // rk4_events: first the ellipsoids of each vehicle, as they touch the ground, then the pairs. The most sub-steps
-  // count.
-  double contactSubsteps() const;
-  bool hasJoints() const;
-  void noteContacts();
-  bool anyPressedAtStart() const;
-  bool pressedAtStart(int contact) const;
-  const Touch& touchAtStart(int contact) const;
-  bool pressAsNoted() const { return firstChanged() < 0; }
-  int firstChanged() const;
-  Touch touchOf(const IslandMotion& x, int contact) const;
-
-  // linearly_implicit: island_speeds.cpp. The speeds of one vehicle change the rates of its own, and of those it
-  // touches.
-  DenseSystem& matrix() { return matrix_; }
-  double& speed(IslandRate& k, int i) const { return speedOf(*k.of[owner_[i].member], owner_[i].speed); }
-  double speed(const IslandMotion& x, int i) const { return speedOf(*x.of[owner_[i].member], owner_[i].speed); }
-  void findDirections(double h, double delta);
-  void beginColumns();
-  void findColumn(int j, double way);
-  void keepWork(double h);
-  double residual(double h) const;
-
  private:
-  // The speed of the island that is a vehicle's.
-  struct Owner {
-    std::size_t member;
-    int speed;
-  };
-  // What a pair does at the trial of linearly_implicit.
-  struct PairForce {
-    bool touches = false;
-    Eigen::Vector3d p_WC, f_W;  // on the first
-    std::size_t directions[2];  // where those of its sides' speeds begin
-  };
-
   Simulator::Impl& impl(std::size_t i) const { return *members_[i]->simulator->impl_; }
-  VehicleDynamics& dynamics(std::size_t i) const { return *impl(i).dynamics; }
-  TickStepper& stepper(std::size_t i) const { return *impl(i).stepper; }
-  PairSide side(const PairCandidate& pair, int which, const IslandMotion& x) const;
-  void addForce(const PairCandidate& pair, int which, const IslandMotion& x, const Eigen::Vector3d& p_WC,
-                const Eigen::Vector3d& f_W);
-  std::size_t placeOf(int member) const;
-  void setUp();
   bool rests();
-  void endTick();
-  void tellPair(const PairCandidate& pair);
-  // A contact's vehicle, its ellipsoid in `contact`; or members_.size(), and its pair in `contact`.
-  std::size_t placeOfContact(int& contact) const;
-  void setUpSpeeds();
-  // Directions of the speeds of one vehicle, in the anchor of a pair that it is a side of.
-  Eigen::Vector3d& anchorDirection(std::size_t p, int which, int speed) {
-    return anchor_directions_[pair_forces_[p].directions[which] + static_cast<std::size_t>(speed)];
-  }
-  void moveAlong(std::size_t m, int speed, double way);
-  void rateOfNeighbour(std::size_t n, std::size_t moved);
+  void beginShadows();
+  void endShadows();
+  void endTick(bool sane);
+  void tellPairs();
 
   std::vector<FleetMember*> members_;
   std::vector<int> places_;  ///< in the fleet, of each.
   std::vector<PairCandidate*> pairs_;
-  IslandMotion x_;
-  Buffers buffers_;  // of the members' steppers
-  bool sane_ = true;
+  IslandStepper stepper_;
 
-  // Of linearly_implicit.
-  DenseSystem matrix_{0};
-  std::vector<Owner> owner_;  // of each speed
-  std::vector<PairForce> pair_forces_;
-  std::vector<Eigen::Vector3d> anchor_directions_;
-  std::vector<char> moved_;  // vehicles whose rates a column changes
+  // What one of them asks for beside the tick, all take part in.
+  IslandShadow halves_, whole_;
+  bool estimates_ = false, checks_ = false;
 };
 
 }  // namespace ellipsoid_vehicle_sim

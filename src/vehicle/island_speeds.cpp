@@ -2,15 +2,15 @@
 // the rates of its own and of those that it touches, and no others'.
 #include <algorithm>
 
-#include "fleet_island.h"
+#include "island_stepper.h"
 
 namespace ellipsoid_vehicle_sim {
 
 using Eigen::Vector3d;
 
-void FleetIsland::setUpSpeeds() {
+void IslandStepper::setUpSpeeds() {
   owner_.clear();
-  for (std::size_t i = 0; i < members_.size(); ++i)
+  for (std::size_t i = 0; i < vehicles_.size(); ++i)
     for (int j = 0; j < stepper(i).speeds(); ++j) owner_.push_back({i, j});
   matrix_.resize(static_cast<int>(owner_.size()));
   pair_forces_.resize(pairs_.size());
@@ -21,11 +21,11 @@ void FleetIsland::setUpSpeeds() {
       directions += static_cast<std::size_t>(stepper(static_cast<std::size_t>(pairs_[p]->at[s])).speeds());
     }
   anchor_directions_.resize(directions);
-  moved_.assign(members_.size(), 0);
+  moved_.assign(vehicles_.size(), 0);
 }
 
-void FleetIsland::findDirections(double h, double delta) {
-  for (std::size_t m = 0; m < members_.size(); ++m) {
+void IslandStepper::findDirections(double h, double delta) {
+  for (std::size_t m = 0; m < vehicles_.size(); ++m) {
     stepper(m).beginDirections();
     for (int j = 0; j < stepper(m).speeds(); ++j) {
       stepper(m).findDirection(*x_.of[m], h, delta, j);
@@ -49,7 +49,7 @@ void FleetIsland::findDirections(double h, double delta) {
 }
 
 // All are left posed at the trial; their rates there are k[3], their forces on each other are kept.
-void FleetIsland::beginColumns() {
+void IslandStepper::beginColumns() {
   rate(buffers_.trial, 1.0, buffers_.k[3]);
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
     pair_forces_[p].touches = static_cast<bool>(pairs_[p]->contact);
@@ -58,12 +58,12 @@ void FleetIsland::beginColumns() {
   }
 }
 
-void FleetIsland::findColumn(int j, double way) {
+void IslandStepper::findColumn(int j, double way) {
   const Owner owner = owner_[static_cast<std::size_t>(j)];
   const std::size_t m = owner.member;
   std::fill(moved_.begin(), moved_.end(), 0);
   moveAlong(m, owner.speed, way);
-  for (std::size_t n = 0; n < members_.size(); ++n)
+  for (std::size_t n = 0; n < vehicles_.size(); ++n)
     if (moved_[n] != 0) rateOfNeighbour(n, m);
   moved_[m] = 1;
   for (int i = 0; i < matrix_.size(); ++i)
@@ -73,7 +73,7 @@ void FleetIsland::findColumn(int j, double way) {
 }
 
 // One vehicle at the trial moved along what a unit of its speed does; marks those that feel it.
-void FleetIsland::moveAlong(std::size_t m, int speed, double way) {
+void IslandStepper::moveAlong(std::size_t m, int speed, double way) {
   Motion& moved = *buffers_.scratch.of[m];
   dynamics(m).advance(*buffers_.trial.of[m], way, stepper(m).direction(speed), moved);
   dynamics(m).beginRate(moved, 1.0, *buffers_.k[1].of[m]);
@@ -92,7 +92,7 @@ void FleetIsland::moveAlong(std::size_t m, int speed, double way) {
 }
 
 // Of one that stands at the trial, pushed by those that do, and by the one that was moved.
-void FleetIsland::rateOfNeighbour(std::size_t n, std::size_t moved) {
+void IslandStepper::rateOfNeighbour(std::size_t n, std::size_t moved) {
   const Motion& x = *buffers_.trial.of[n];
   dynamics(n).beginRate(x, 1.0, *buffers_.k[1].of[n]);
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
@@ -108,14 +108,14 @@ void FleetIsland::rateOfNeighbour(std::size_t n, std::size_t moved) {
   dynamics(n).endRate(x, *buffers_.k[1].of[n]);
 }
 
-void FleetIsland::keepWork(double h) {
-  for (std::size_t i = 0; i < members_.size(); ++i)
+void IslandStepper::keepWork(double h) {
+  for (std::size_t i = 0; i < vehicles_.size(); ++i)
     buffers_.trial.of[i]->work = x_.of[i]->work + h * buffers_.k[1].of[i]->power;
 }
 
-double FleetIsland::residual(double h) const {
+double IslandStepper::residual(double h) const {
   Largest largest;
-  for (std::size_t i = 0; i < members_.size(); ++i) largest.add(stepper(i).residual(*x_.of[i], h));
+  for (std::size_t i = 0; i < vehicles_.size(); ++i) largest.add(stepper(i).residual(*x_.of[i], h));
   return largest.value();
 }
 

@@ -27,6 +27,11 @@ LocalErrorEstimator::LocalErrorEstimator(const VehicleModel& model, const SimCon
 
 bool LocalErrorEstimator::end(const VehicleState& state, ErrorEstimate& estimate) {
   if (!halves_.advance(false) || !halves_.advance()) return false;
+  compare(state, estimate);
+  return true;
+}
+
+void LocalErrorEstimator::compare(const VehicleState& state, ErrorEstimate& estimate) const {
   const double power = std::pow(2.0, orderOf(halves_.config().integrator));
   const double factor = power / (power - 1.0);
   const Motion &a = state.motion, &b = halves_.state().motion;
@@ -37,7 +42,6 @@ bool LocalErrorEstimator::end(const VehicleState& state, ErrorEstimate& estimate
   estimate.rotation_W = factor * (turned.w() < 0.0 ? -2.0 : 2.0) * turned.vec();
   estimate.velocity_W = factor * (a.v_WB + a.w_WB.cross(p_BR) - b.v_WB - b.w_WB.cross(other_BR));
   estimate.angular_velocity_W = factor * (a.w_WB - b.w_WB);
-  return true;
 }
 
 }  // namespace ellipsoid_vehicle_sim

@@ -20,6 +20,10 @@ class LocalErrorEstimator {
   /// The state at its end. False: the shadow's state is not to be used, nothing is told.
   bool end(const VehicleState& state, ErrorEstimate& estimate);
 
+  /// For a tick with others, instead of end(): the run that takes its halves with theirs, and the difference to it then.
+  ShadowRun& run() { return halves_; }
+  void compare(const VehicleState& state, ErrorEstimate& estimate) const;
+
  private:
   const VehicleModel& model_;
   ShadowRun halves_;

@@ -5,7 +5,7 @@
 namespace ellipsoid_vehicle_sim {
 
 /// One vehicle within a tick, as the methods see it that size their steps within it (error_control.h, contact_events.h,
-/// linearly_implicit.h). FleetIsland offers the same for vehicles that touch each other:
+/// linearly_implicit.h). IslandStepper offers the same for vehicles that touch each other:
 ///   System, State, Rate, Buffers     as in integrator.h, embedded_pair.h and tick_stepper.h
 ///   start(), beginStep(h)            the motion that the step starts from; what is frozen for a step of h seconds
 ///   accept(x, h, last)               takes x over as the end of the step; false: it cannot be used, the tick is over

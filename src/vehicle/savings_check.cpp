@@ -13,6 +13,4 @@ SimConfig wholeOf(SimConfig config) {
 SavingsCheck::SavingsCheck(const VehicleModel& model, const SimConfig& config, const Terrain& terrain, const VehicleState& state)
     : whole_(model, wholeOf(config), terrain, state) {}
 
-bool SavingsCheck::agrees(const VehicleState& state) { return whole_.advance() && hashOf(whole_.state()) == hashOf(state); }
-
 }  // namespace ellipsoid_vehicle_sim

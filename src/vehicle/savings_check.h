@@ -16,7 +16,11 @@ class SavingsCheck {
   /// The state at the start of a tick, its drive already that of the tick.
   void begin(const VehicleState& state) { whole_.begin(state); }
   /// Whether the whole model ends the tick in `state` too, to the last bit.
-  bool agrees(const VehicleState& state);
+  bool agrees(const VehicleState& state) { return whole_.advance() && isAt(state); }
+
+  /// For a tick with others, instead of agrees(): the run that takes it with theirs, and whether it ended in `state`.
+  ShadowRun& run() { return whole_; }
+  bool isAt(const VehicleState& state) const { return hashOf(whole_.state()) == hashOf(state); }
 
  private:
   ShadowRun whole_;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "ellipsoid_vehicle_sim/vehicle/tick_stepper.h"
+#include "island_stepper.h"
 
 namespace ellipsoid_vehicle_sim {
 
@@ -10,7 +10,12 @@ class ShadowRun {
  public:
   /// The arguments must outlive it, but for the configuration and the state.
   ShadowRun(const VehicleModel& model, const SimConfig& config, const Terrain& terrain, const VehicleState& state)
-      : config_(config), dynamics_(model, config_, terrain), stepper_(model, config_, dynamics_), state_(state), before_(state.memory) {}
+      : model_(model),
+        config_(config),
+        dynamics_(model, config_, terrain),
+        stepper_(model, config_, dynamics_),
+        state_(state),
+        before_(state.memory) {}
   ShadowRun(const ShadowRun&) = delete;
   ShadowRun& operator=(const ShadowRun&) = delete;
 
@@ -20,11 +25,14 @@ class ShadowRun {
   void begin(const VehicleState& state) { state_ = state; }
   /// On by config().dt; false: the state is not to be used.
   bool advance(bool ends_tick = true) { return stepper_.advance(state_, before_, ends_tick).sane; }
+  /// For a tick with others instead of advance().
+  IslandVehicle vehicle() { return {&model_, &config_, &dynamics_, &stepper_, &state_, &before_}; }
 
   const SimConfig& config() const { return config_; }
   const VehicleState& state() const { return state_; }
 
  private:
+  const VehicleModel& model_;
   SimConfig config_;
   VehicleDynamics dynamics_;
   TickStepper stepper_;

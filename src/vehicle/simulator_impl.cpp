@@ -33,10 +33,8 @@ void Simulator::Impl::allocate() {
   observed = dynamics->makeRate();
   state = previous = home = restState(model, *dynamics);
   driven = !model.drive.wheels.empty() || !model.prescribed_joints.empty();
-  if (config.error_estimate_every > 0.0)
-    estimator = std::make_unique<LocalErrorEstimator>(model, config, *terrain, state);
-  if (config.exact_savings == ExactSavings::kCheck)
-    savings_check = std::make_unique<SavingsCheck>(model, config, *terrain, state);
+  if (config.error_estimate_every > 0.0) needEstimator();
+  if (checksSavings()) needSavingsCheck();
   for (const JointDescription& joint : model.description.joints)
     if (joint.type != JointType::kFixed) joint_names.push_back(joint.name);
   for (std::size_t i = 0; i < model.ellipsoids.size(); ++i) {
@@ -52,6 +50,22 @@ void Simulator::Impl::allocate() {
       placement.ground_wheel = placement.ground_wheel || wheel.ellipsoid == static_cast<int>(i);
     placements.push_back(placement);
   }
+}
+
+LocalErrorEstimator& Simulator::Impl::needEstimator() {
+  if (!estimator) {
+    estimator = std::make_unique<LocalErrorEstimator>(model, config, *terrain, state);
+    estimator->scaleFriction(friction_scale);
+  }
+  return *estimator;
+}
+
+SavingsCheck& Simulator::Impl::needSavingsCheck() {
+  if (!savings_check) {
+    savings_check = std::make_unique<SavingsCheck>(model, config, *terrain, state);
+    savings_check->scaleFriction(friction_scale);
+  }
+  return *savings_check;
 }
 
 // The bounds of the step, on a flat ground of the vehicle's own, so that they belong to the vehicle and not to a place.
@@ -156,10 +170,10 @@ StepStatus Simulator::Impl::step() {
   }
   const bool estimates = estimatesNow();
   if (estimates) estimator->begin(state);
-  if (savings_check) savings_check->begin(state);
+  if (checksSavings()) savings_check->begin(state);
   const TickOutcome outcome = stepper->advance(state, previous.memory);
   if (outcome.sane && estimates && estimator->end(state, estimate)) estimate.step = step_count + 1;
-  if (outcome.sane && savings_check && !savings_check->agrees(state)) ++events.savings_differences;
+  if (outcome.sane && checksSavings() && !savings_check->agrees(state)) ++events.savings_differences;
   return endTick(outcome, timed_out);
 }
 

@@ -33,9 +33,9 @@ struct Simulator::Impl {
   std::vector<EllipsoidPlacement> placements;
   std::vector<std::string> load_report;
   bool observed_fresh = false;
-  std::unique_ptr<LocalErrorEstimator> estimator;  // with error_estimate_every only
+  std::unique_ptr<LocalErrorEstimator> estimator;  // with error_estimate_every, or beside one that has it
   ErrorEstimate estimate;
-  std::unique_ptr<SavingsCheck> savings_check;  // with exact_savings: checked only; not in an island
+  std::unique_ptr<SavingsCheck> savings_check;  // with exact_savings: checked, or beside one that has it
   bool resting = false;
   bool driven = true;  // there is something that a command could move
   std::vector<ContactReport> touched;    // contacts with other vehicles at the present state
@@ -54,8 +54,12 @@ struct Simulator::Impl {
   /// The state is that of the tick's end already, if the outcome is sane; otherwise it becomes that of its start.
   StepStatus endTick(const TickOutcome& outcome, bool timed_out);
   bool estimatesNow() const {
-    return estimator && (step_count + 1) % static_cast<std::int64_t>(config.error_estimate_every) == 0;
+    return config.error_estimate_every > 0.0 && (step_count + 1) % static_cast<std::int64_t>(config.error_estimate_every) == 0;
   }
+  bool checksSavings() const { return config.exact_savings == ExactSavings::kCheck; }
+  /// Made where they are not there yet: this vehicle takes the tick with one that asks for them.
+  LocalErrorEstimator& needEstimator();
+  SavingsCheck& needSavingsCheck();
 
   /// Asked where everything is still: once, for nothing changes then.
   bool balanced();

@@ -44,8 +44,8 @@ struct FleetSnapshot {
 /// the most contact_substeps; so a vehicle that is near another has other steps than alone, whether they touch or not.
 /// linearly_implicit conserves linear momentum of rigid bodies too, to what rounding makes of its differences.
 ///
-/// A vehicle near another is left at rest only if all of its island are. Estimates of the local error are not made in ticks
-/// in which a vehicle is part of an island.
+/// A vehicle near another is left at rest only if all of its island are. What one of an island asks for beside its ticks, an
+/// estimate of the local error or exact_savings: checked, is worked out for the island as a whole, and told to who asked.
 class Fleet {
  public:
   /// `threads`: 0 = as many as there are cores. Without oneTBB there is one.

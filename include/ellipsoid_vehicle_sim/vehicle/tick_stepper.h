@@ -49,7 +49,7 @@ class TickStepper {
   /// motion, paths and treads are then of no use. `ends_tick` false: paths and treads go on accelerating after it.
   TickOutcome advance(VehicleState& state, std::vector<ContactMemory>& before, bool ends_tick = true);
 
-  // The rest is this vehicle's part of a step, for those who put steps together: one_vehicle.h, and fleet_island.h for several
+  // The rest is this vehicle's part of a step, for those who put steps together: one_vehicle.h, and island_stepper.h for several
   // vehicles at once. "At the last rate" is where the dynamics were evaluated last.
 
   /// Takes over `next` as the end of a step of h seconds, worked out with these dynamics. The tick's first gives `before` its
