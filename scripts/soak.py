@@ -313,7 +313,7 @@ class Soak:
         if self.growth is not None:
             lines.append("least memory in both halves of the time after the warm-up [MiB]: " +
                          ", ".join("%.2f" % value for value in self.held) + "; growth %.2f MiB" % self.growth)
-        lines.append("service: calls, longest answer [ms], less the wait for a processor [ms]")
+        lines.append("service: calls, longest answer [ms], less what the machine kept from it [ms]")
         lines += ["  %-16s %7d %8.1f %8.1f" % (name, calls, 1e3 * worst, 1e3 * served)
                   for name, (calls, worst, served) in sorted(self.latencies.items())]
         lines.append("%d calls were made a second time, as roscpp's client lost the answer" % self.lost)
@@ -335,6 +335,9 @@ def main():
     options = parser.parse_args()
     if not options.hours > 0.0:
         parser.error("--hours %g: must be above 0" % options.hours)
+    # A shell has its background jobs ignore SIGINT, and the nodes would inherit that until they have a handler.
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     os.environ["ROS_HOSTNAME"] = "localhost"
     with tempfile.TemporaryDirectory() as folder:
         os.environ["ROS_HOME"], os.environ["ROS_LOG_DIR"] = folder, os.path.join(folder, "log")

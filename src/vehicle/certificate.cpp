@@ -69,7 +69,8 @@ constexpr IntegratorKind kExplicitMethods[] = {IntegratorKind::kExplicitEuler, I
 // `growth`: how fast the motion itself grows where it does (a vehicle about to tip) [1/s]; that is not the step's fault.
 bool mapHolds(IntegratorKind kind, const MatrixXd& J, int positions, double growth, double dt) {
   const Eigen::VectorXcd values = stepMap(kind, J, positions, dt, 1.0).eigenvalues();
-  for (const Complex& value : values) {
+  for (Eigen::Index i = 0; i < values.size(); ++i) {  // Eigen 3.3 has no iterators
+    const Complex& value = values[i];
     if (std::abs(value - 1.0) < kNeutralRate * dt) continue;
     if (std::abs(value) > std::exp(1.1 * growth * dt) + kGrowthTolerance) return false;
   }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "island_stepper.h"
+#include "stepped_vehicle.h"
 
 namespace ellipsoid_vehicle_sim {
 
@@ -26,7 +26,7 @@ class ShadowRun {
   /// On by config().dt; false: the state is not to be used.
   bool advance(bool ends_tick = true) { return stepper_.advance(state_, before_, ends_tick).sane; }
   /// For a tick with others instead of advance().
-  IslandVehicle vehicle() { return {&model_, &config_, &dynamics_, &stepper_, &state_, &before_}; }
+  SteppedVehicle vehicle() { return {&model_, &config_, &dynamics_, &stepper_, &state_, &before_}; }
 
   const SimConfig& config() const { return config_; }
   const VehicleState& state() const { return state_; }

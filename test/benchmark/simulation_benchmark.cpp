@@ -2,7 +2,7 @@
 // nor the run-up of W2. Counter us_per_step, in CPU time.
 #include <benchmark/benchmark.h>
 
-#include "ellipsoid_vehicle_sim/vehicle/fleet.h"
+#include "ellipsoid_vehicle_sim/fleet/fleet.h"
 #include "support/motions.h"
 #include "vehicles.h"
 #include "workloads.h"

@@ -23,19 +23,17 @@
 #include "ellipsoid_vehicle_sim/Spawn.h"
 #include "ellipsoid_vehicle_sim/Step.h"
 #include "nan_search.h"
+#include "stall_watch.h"
 
 namespace ellipsoid_vehicle_sim {
 
-/// Time that the threads of a process were ready to run and got no processor [s].
+/// Of all threads of a process.
 inline double waitedForProcessor(long pid) {
   const std::string folder = "/proc/" + std::to_string(pid) + "/task/";
   double waited = 0.0;
   if (DIR* tasks = opendir(folder.c_str())) {
-    while (const dirent* entry = readdir(tasks)) {
-      std::ifstream in(folder + entry->d_name + "/schedstat");
-      long ran, delayed;
-      if (in >> ran >> delayed) waited += 1e-9 * static_cast<double>(delayed);
-    }
+    while (const dirent* entry = readdir(tasks))
+      if (entry->d_name[0] != '.') waited += waitedForProcessor(folder + entry->d_name);
     closedir(tasks);
   }
   return waited;
@@ -47,7 +45,7 @@ class ServiceFuzzer {
   struct Latency {
     long calls = 0;
     double worst = 0.0;         ///< [s] as the caller felt it.
-    double worst_served = 0.0;  ///< less the time that caller, simulator and master waited for a processor [s].
+    double worst_served = 0.0;  ///< less what the machine kept from caller, simulator and master [s].
   };
 
   /// `pids`: of the simulator, and of the master, which is asked for the way before every call.
@@ -96,7 +94,7 @@ class ServiceFuzzer {
   template <typename Service>
   bool call(const std::string& name, Service& service) {
     using Clock = std::chrono::steady_clock;
-    const double before = waited();
+    const Kept before = kept();
     const auto start = Clock::now();
     bool answered = ros::service::call(node_ + "/" + name, service);
     // A roscpp client that asks on a connection of its own throws an answer away now and then that comes before it
@@ -106,7 +104,9 @@ class ServiceFuzzer {
       answered = ros::NodeHandle().serviceClient<Service>(node_ + "/" + name, true).call(service);
     }
     const double took = std::chrono::duration<double>(Clock::now() - start).count();
-    const double served = took - (waited() - before);
+    // Whoever watches a processor that stood still has to wake up first.
+    if (took > 0.03) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    const double served = took - since(before);
     Latency& latency = latencies_[name];
     ++latency.calls;
     latency.worst = std::max(latency.worst, took);
@@ -117,10 +117,22 @@ class ServiceFuzzer {
     if (answered && NanSearch::finds(service.response)) fault("NaN in the answer of " + name);
     return answered;
   }
-  double waited() const {
-    double sum = 0.0;
-    for (const long pid : pids_) sum += waitedForProcessor(pid);
-    return sum;
+  /// So far: the time waited for a processor, and that in which each stood still [s].
+  struct Kept {
+    double waited = 0.0;
+    std::vector<double> stalled;
+  };
+  Kept kept() const {
+    Kept result{0.0, stalls_.stalled()};
+    for (const long pid : pids_) result.waited += waitedForProcessor(pid);
+    return result;
+  }
+  /// Of the processors the one that stood still the longest counts: they may have done so together.
+  double since(const Kept& before) const {
+    const Kept now = kept();
+    double stalled = 0.0;
+    for (std::size_t i = 0; i < now.stalled.size(); ++i) stalled = std::max(stalled, now.stalled[i] - before.stalled[i]);
+    return now.waited - before.waited + stalled;
   }
   void fault(const std::string& text) {
     if (faults_.size() < 20) faults_.push_back(text);
@@ -225,6 +237,7 @@ class ServiceFuzzer {
   std::string node_;
   std::vector<std::string> ellipsoids_;
   std::vector<long> pids_;
+  StallWatch stalls_;
   AbsurdNumbers random_;
   std::vector<std::uint8_t> saved_;
   std::map<std::string, Latency> latencies_;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "ellipsoid_vehicle_sim/vehicle/fleet.h"
+#include "ellipsoid_vehicle_sim/fleet/fleet.h"
 
 namespace ellipsoid_vehicle_sim::test {
 

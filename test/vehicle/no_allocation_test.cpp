@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "ellipsoid_vehicle_sim/vehicle/fleet.h"
+#include "ellipsoid_vehicle_sim/fleet/fleet.h"
 #include "support/meshes.h"
 #include "support/motions.h"
 

@@ -8,7 +8,7 @@
 #include "ellipsoid_vehicle_sim/ContactState.h"
 #include "ellipsoid_vehicle_sim/ros/contact_markers.h"
 #include "ellipsoid_vehicle_sim/ros/vehicle_setup.h"
-#include "ellipsoid_vehicle_sim/vehicle/fleet.h"
+#include "ellipsoid_vehicle_sim/fleet/fleet.h"
 
 namespace ellipsoid_vehicle_sim {
 

@@ -17,7 +17,7 @@
 #include "ellipsoid_vehicle_sim/ros/run_statistics.h"
 #include "ellipsoid_vehicle_sim/ros/state_publisher.h"
 #include "ellipsoid_vehicle_sim/ros/vehicle_services.h"
-#include "ellipsoid_vehicle_sim/vehicle/fleet.h"
+#include "ellipsoid_vehicle_sim/fleet/fleet.h"
 
 namespace ellipsoid_vehicle_sim {
 

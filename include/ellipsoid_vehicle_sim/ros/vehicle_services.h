@@ -12,7 +12,7 @@
 #include "ellipsoid_vehicle_sim/ExplainContact.h"
 #include "ellipsoid_vehicle_sim/SetPose.h"
 #include "ellipsoid_vehicle_sim/ros/simulator_services.h"
-#include "ellipsoid_vehicle_sim/vehicle/fleet.h"
+#include "ellipsoid_vehicle_sim/fleet/fleet.h"
 
 namespace ellipsoid_vehicle_sim {
 

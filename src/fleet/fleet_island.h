@@ -1,7 +1,7 @@
 #pragma once
 
+#include "../vehicle/simulator_impl.h"
 #include "island_shadow.h"
-#include "simulator_impl.h"
 
 namespace ellipsoid_vehicle_sim {
 

@@ -1,12 +1,12 @@
-#include "ellipsoid_vehicle_sim/vehicle/fleet.h"
+#include "ellipsoid_vehicle_sim/fleet/fleet.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <numeric>
 
+#include "../vehicle/fnv_hash.h"
 #include "broad_phase.h"
 #include "fleet_impl.h"
-#include "fnv_hash.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {

@@ -1,4 +1,4 @@
-#include "ellipsoid_vehicle_sim/vehicle/fleet.h"
+#include "ellipsoid_vehicle_sim/fleet/fleet.h"
 
 #include <gtest/gtest.h>
 

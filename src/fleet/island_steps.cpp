@@ -1,11 +1,11 @@
 // A tick of vehicles that may touch each other: the steps within it.
 #include <algorithm>
 
-#include "contact_events.h"
-#include "error_control.h"
+#include "../vehicle/contact_events.h"
+#include "../vehicle/error_control.h"
+#include "../vehicle/linearly_implicit.h"
+#include "../vehicle/whole_step.h"
 #include "island_stepper.h"
-#include "linearly_implicit.h"
-#include "whole_step.h"
 
 namespace ellipsoid_vehicle_sim {
 
@@ -15,7 +15,7 @@ bool IslandStepper::advance(bool ends_tick) {
   setUp();
   sane_ = true;
   ends_tick_ = ends_tick;
-  for (IslandVehicle& vehicle : vehicles_) vehicle.outcome = TickOutcome{};
+  for (SteppedVehicle& vehicle : vehicles_) vehicle.outcome = TickOutcome{};
   const double T = tickLength();
   switch (config(0).integrator) {
     case IntegratorKind::kExplicitEuler:
@@ -46,7 +46,7 @@ void IslandStepper::beginStep(double h) {
 // The others of one that cannot go on are taken back with it: by the fleet, as the tick is not one then.
 bool IslandStepper::accept(const IslandMotion& end, double h, bool last) {
   for (std::size_t i = 0; i < vehicles_.size(); ++i) {
-    const IslandVehicle& v = vehicles_[i];
+    const SteppedVehicle& v = vehicles_[i];
     TickOutcome& outcome = vehicles_[i].outcome;
     v.stepper->accept(*v.state, *end.of[i], h, last && ends_tick_, *v.before, outcome);
     if (!outcome.sane) TickStepper::giveUp(*v.state, *v.before, outcome);
@@ -72,7 +72,7 @@ bool IslandStepper::isSound(const IslandMotion& x) const {
 }
 
 void IslandStepper::countFloorStep() {
-  for (IslandVehicle& vehicle : vehicles_) ++vehicle.outcome.floor_steps;
+  for (SteppedVehicle& vehicle : vehicles_) ++vehicle.outcome.floor_steps;
 }
 
 double IslandStepper::tolerance() const {

@@ -4,20 +4,10 @@
 #include <cmath>
 #include <vector>
 
+#include "../vehicle/stepped_vehicle.h"
 #include "pair_contact.h"
 
 namespace ellipsoid_vehicle_sim {
-
-/// A vehicle within a tick that it takes with others: what the steps read, and what they change.
-struct IslandVehicle {
-  const VehicleModel* model = nullptr;
-  const SimConfig* config = nullptr;
-  VehicleDynamics* dynamics = nullptr;
-  TickStepper* stepper = nullptr;
-  VehicleState* state = nullptr;                 ///< its drive is that of the tick.
-  std::vector<ContactMemory>* before = nullptr;  ///< gets the contact memory of the tick's start.
-  TickOutcome outcome{};
-};
 
 /// Motions of an island's vehicles, where they lie, and what integrates of their contacts with each other. Assignment
 /// copies the values.
@@ -66,7 +56,7 @@ class IslandStepper {
   void reserve(std::size_t members);
   void clear();
   /// Places in the fleet, in ascending order.
-  void addVehicle(const IslandVehicle& vehicle, int place);
+  void addVehicle(const SteppedVehicle& vehicle, int place);
   /// Both vehicles are there already.
   void addPair(PairCandidate& pair);
 
@@ -157,7 +147,7 @@ class IslandStepper {
   void moveAlong(std::size_t m, int speed, double way);
   void rateOfNeighbour(std::size_t n, std::size_t moved);
 
-  std::vector<IslandVehicle> vehicles_;
+  std::vector<SteppedVehicle> vehicles_;
   std::vector<int> places_;  ///< in the fleet, of each.
   std::vector<PairCandidate*> pairs_;
   IslandMotion x_;

@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "ellipsoid_vehicle_sim/vehicle/fleet.h"
+#include "ellipsoid_vehicle_sim/fleet/fleet.h"
 #include "fleet_impl.h"
 
 namespace ellipsoid_vehicle_sim {

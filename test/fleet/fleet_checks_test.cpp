@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "../../src/vehicle/island_shadow.h"
-#include "ellipsoid_vehicle_sim/vehicle/fleet.h"
+#include "../../src/fleet/island_shadow.h"
+#include "ellipsoid_vehicle_sim/fleet/fleet.h"
 #include "support/meshes.h"
 #include "support/motions.h"
 

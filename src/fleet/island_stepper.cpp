@@ -40,7 +40,7 @@ void IslandStepper::clear() {
   pairs_.clear();
 }
 
-void IslandStepper::addVehicle(const IslandVehicle& vehicle, int place) {
+void IslandStepper::addVehicle(const SteppedVehicle& vehicle, int place) {
   vehicles_.push_back(vehicle);
   places_.push_back(place);
 }
@@ -146,7 +146,7 @@ void IslandStepper::weightedSum(const double* weights, const IslandRate* k, int 
 
 void IslandStepper::evaluatePairs() {
   setUp();
-  for (const IslandVehicle& vehicle : vehicles_) vehicle.dynamics->poseAt(*vehicle.state);
+  for (const SteppedVehicle& vehicle : vehicles_) vehicle.dynamics->poseAt(*vehicle.state);
   for (PairCandidate* pair : pairs_) evaluatePair(side(*pair, 0, x_), side(*pair, 1, x_), pair->memory.anchor_W, *pair);
 }
 

@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include "../vehicle/shadow_run.h"
 #include "island_stepper.h"
-#include "shadow_run.h"
 
 namespace ellipsoid_vehicle_sim {
 

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "ellipsoid_vehicle_sim/contact/contact_force.h"
+#include "ellipsoid_vehicle_sim/fleet/fleet.h"
 #include "ellipsoid_vehicle_sim/geometry/ellipsoid_ellipsoid.h"
-#include "ellipsoid_vehicle_sim/vehicle/fleet.h"
 #include "ellipsoid_vehicle_sim/vehicle/tick_stepper.h"
 #include "ellipsoid_vehicle_sim/vehicle/vehicle_dynamics.h"
 

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "ellipsoid_vehicle_sim/contact/damped_spring.h"
-#include "ellipsoid_vehicle_sim/vehicle/fleet.h"
+#include "ellipsoid_vehicle_sim/fleet/fleet.h"
 #include "support/fleet_sums.h"
 #include "support/motions.h"
 
