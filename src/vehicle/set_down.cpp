@@ -25,7 +25,7 @@ constexpr double kSettlingDamping = 10.0;
 constexpr double kAtRest = 1e-6;
 constexpr int kQuietSteps = 100;
 constexpr int kMostSteps = 300000;
-constexpr double kLongestSettling = 60.0;
+constexpr double kLongestSettling = 20.0;
 // Where the stiffest contact asks for smaller steps than this, explicit ones would never come to an end: implicit ones of
 // a millisecond then [s].
 constexpr double kSmallestSettlingStep = 1e-4;
@@ -170,6 +170,14 @@ bool steepAt(const Terrain& terrain, double x, double y) {
   return false;
 }
 
+// All of the vehicle, as last posed, is below all of the ground.
+bool fellOff(const VehicleDynamics& dynamics, const Terrain& terrain) {
+  const double lowest = terrain.bounds().min().z();
+  const std::vector<PosedEllipsoid>& posed = dynamics.posedEllipsoids();
+  return std::all_of(posed.begin(), posed.end(),
+                     [lowest](const PosedEllipsoid& e) { return e.p_WE.z() + e.halfBox().z() < lowest; });
+}
+
 // How far the vehicle may have to rise above the mean slope of the ground and still stand on that ground [m]: its wheels
 // climb kerbs, its body has some way down, and the ground bends.
 double tolerableRise(const VehicleModel& model, const std::vector<Vector3d>& supports) {
@@ -260,8 +268,9 @@ Problems settle(const VehicleModel& model, const SimConfig& config, const Terrai
   const double keep = 1.0 / (1.0 + kSettlingDamping * dt);
   int quiet = 0;
   const int most = std::min(kMostSteps, static_cast<int>(kLongestSettling / dt));
-  bool finite = true;
-  for (int step = 0; step < most && quiet < kQuietSteps && finite; ++step) {
+  bool finite = true, fell = false;
+  int step = 0;
+  for (; step < most && quiet < kQuietSteps && !fell; ++step) {
     if (stiff) {
       finite = implicit.advance(start, before).sane;
       if (!finite) break;
@@ -277,13 +286,17 @@ Problems settle(const VehicleModel& model, const SimConfig& config, const Terrai
     if (!stiff) dynamics.accept(start, dt);
     bool touching = false;
     for (const ContactMemory& memory : start.memory) touching = touching || memory.count > 0;
+    fell = !touching && fellOff(dynamics, terrain);
     quiet = touching && largestSpeed(start.motion) < kAtRest ? quiet + 1 : 0;
   }
   dynamics.overrideFriction(std::nullopt);
   if (!finite || quiet < kQuietSteps) {
     char text[200];
-    std::snprintf(text, sizeof text, "the vehicle finds no rest there: after %.3g s it still moves at %.3g m/s (it slides, tips, or falls off)",
-                  most * dt, finite ? largestSpeed(start.motion) : INFINITY);
+    if (fell)
+      std::snprintf(text, sizeof text, "the vehicle finds no rest there: after %.3g s it has fallen off the ground", step * dt);
+    else
+      std::snprintf(text, sizeof text, "the vehicle finds no rest there: after %.3g s it still moves at %.3g m/s (it slides or tips)",
+                    step * dt, finite ? largestSpeed(start.motion) : INFINITY);
     return {{at(x, y), text}};
   }
 

@@ -38,8 +38,8 @@ struct Standing {
 double spectralRadius(const MatrixXd& map, double dt) {
   double radius = 0.0;
   const Eigen::VectorXcd values = map.eigenvalues();
-  for (const std::complex<double>& value : values)
-    if (std::abs(value - 1.0) > 2.0 * dt) radius = std::max(radius, std::abs(value));
+  for (Eigen::Index i = 0; i < values.size(); ++i)
+    if (std::abs(values[i] - 1.0) > 2.0 * dt) radius = std::max(radius, std::abs(values[i]));
   return radius;
 }
 

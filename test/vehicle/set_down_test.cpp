@@ -54,6 +54,16 @@ TEST(SetDown, TwoWheelsAndABallLeanLikewise) {
   EXPECT_NEAR(leanOf(cart), slope, 0.03);
 }
 
+// Down a slope that is too steep, and over its lower edge: said when it is below all there is.
+TEST(SetDown, OffTheGroundItIsFollowedNoFurther) {
+  const double slope = 48.0 * M_PI / 180.0;
+  Simulator cart = simulatorOf(cartText(), test::terrainOf(test::floorSoup(1.0, 2, slope)));
+  const Problems problems = cart.setDown(0.5 * std::cos(slope), 0.0, 0.0);
+  ASSERT_EQ(problems.size(), 1u);
+  const std::string& text = problems.front().message;
+  EXPECT_NE(text.find("fallen off"), std::string::npos) << text;
+}
+
 TEST(SetDown, InsideAnObstacleIsRefusedAndSaysWhichPartIsInWhat) {
   TriangleSoup soup = test::floorSoup(20.0, 2);
   soup.surfaces = {Surface{"ground", {}, {}}};
