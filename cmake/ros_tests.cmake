@@ -25,9 +25,11 @@ foreach(file IN LISTS ros_tests)
 endforeach()
 
 # Bothers the node for a few simulated minutes; scripts/soak does it for hours.
-add_executable(soak_client ${PROJECT_SOURCE_DIR}/test/soak/soak_client.cpp)
-target_link_libraries(soak_client PRIVATE ${PROJECT_NAME}_ros ${PROJECT_NAME}_warnings)
-set_target_properties(soak_client PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/test)
+foreach(program soak_client soak_caller)
+  add_executable(${program} ${PROJECT_SOURCE_DIR}/test/soak/${program}.cpp)
+  target_link_libraries(${program} PRIVATE ${PROJECT_NAME}_ros ${PROJECT_NAME}_warnings)
+  set_target_properties(${program} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/test)
+endforeach()
 add_test(NAME soak COMMAND ${PROJECT_SOURCE_DIR}/test/soak/short_soak ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR} ${devel_prefix})
 set_tests_properties(soak PROPERTIES TIMEOUT 200)
 

@@ -149,32 +149,45 @@ class Soak:
         self.faults.append(text)
         print("FAULT: " + text, flush=True)
 
-    def command(self, node, master, seed, seconds, wall):
-        return [self.options.client, "/simulator", str(node.process.pid), str(master.process.pid), str(seed), "%g" % seconds,
-                "%g" % wall]
+    def start(self, program, *arguments):
+        """One of the programs of test/soak. What it prints is its report."""
+        return subprocess.Popen([os.path.join(self.options.clients, program), "/simulator"] + ["%.15g" % value for value in arguments],
+                                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.log, text=True)
 
-    def client(self, node, master, seconds, wall):
-        """One client for so many simulated seconds; what it saw, or None if it could not."""
-        command = self.command(node, master, self.random.randrange(2 ** 31), seconds, wall)
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=self.log, text=True, timeout=wall + 900.0)
+    def seed(self):
+        return self.random.randrange(2 ** 31)
+
+    def report(self, node, program, process, patience):
+        """What a program saw, or None if it could not tell."""
+        output, _ = process.communicate(timeout=patience)
         try:
-            return json.loads(done.stdout.strip().splitlines()[-1])
+            return json.loads(output.strip().splitlines()[-1])
         except (IndexError, ValueError):
             if node.process.poll() is None:
-                self.fault("a client ended with %d and no report" % done.returncode)
+                self.fault("%s ended with %d and no report" % (program, process.returncode))
             return None
 
-    def take(self, report):
-        for text in report["faults"]:
+    def client(self, node, master, seconds, wall):
+        """One client for so many simulated seconds, and a caller beside it; whether both told what they saw, and when it ended."""
+        caller = self.start("soak_caller", node.process.pid, master.process.pid, self.seed())
+        seen = self.report(node, "soak_client", self.start("soak_client", self.seed(), seconds, wall), wall + 900.0)
+        answered = self.report(node, "soak_caller", caller, 60.0)  # which ends as its input does
+        if seen is None or answered is None:
+            return None
+        for text in seen["faults"] + answered["faults"]:
             self.fault(text)
-        for name, (calls, worst, served) in report["services"].items():
-            before = self.latencies.get(name, (0, 0.0, 0.0))
-            self.latencies[name] = (before[0] + calls, max(before[1], worst), max(before[2], served))
-        self.messages += report["messages"]
-        self.commands += report["commands"]
-        self.lost += report["lost"]
-        self.heard_all = self.heard_all or not report["silent"]
-        self.silent = report["silent"]
+        for name, seen_of in answered["services"].items():
+            of = self.latencies.setdefault(name, {"calls": 0, "worst": 0.0, "served": 0.0})
+            of["calls"] += seen_of["calls"]
+            of["served"] = max(of["served"], seen_of["served"])
+            if seen_of["worst"] > of["worst"]:
+                of["worst"], of["kept"] = seen_of["worst"], seen_of["kept"]
+        self.lost += answered["lost"]
+        self.messages += seen["messages"]
+        self.commands += seen["commands"]
+        self.heard_all = self.heard_all or not seen["silent"]
+        self.silent = seen["silent"]
+        return seen["to"]
 
     def bother(self, master):
         """The hours themselves."""
@@ -186,17 +199,16 @@ class Soak:
             left = self.options.wall - (time.monotonic() - start)
             if left <= 0.0:
                 break
-            report = self.client(node, master, min(segment, max(60.0, target - self.simulated)), min(left, 600.0))
+            now = self.client(node, master, min(segment, max(60.0, target - self.simulated)), min(left, 600.0))
             if node.process.poll() is not None:
                 self.fault("the node ended by itself with %d:\n%s" % (node.process.returncode, node.end_of_log()))
                 return
-            if report is None:
+            if now is None:
                 return
             self.clients += 1
-            self.take(report)
-            if report["to"] < last:
-                self.fault("/clock went back from %.3f to %.3f between two clients" % (last, report["to"]))
-            self.simulated, last = report["to"], report["to"]
+            if now < last:
+                self.fault("/clock went back from %.3f to %.3f between two clients" % (last, now))
+            self.simulated = last = now
             if time.monotonic() - told > 30.0:
                 told = time.monotonic()
                 print("%8.2f h simulated in %6.0f s, %5.1f MiB, %d faults" %
@@ -245,31 +257,32 @@ class Soak:
         for number in range(self.options.interrupts):
             kind = ("while it starts", "while it runs", "while it serves", "while it steps", "without a master")[number % 5]
             node = Node(self.folder)
-            client = None
+            others = []
             if kind == "while it starts":
                 time.sleep(self.random.uniform(0.0, 0.6))
             else:
                 master.wait(lambda: master.server.lookupService(CALLER, "/simulator/state_hash")[0] == 1, "the node's services")
                 time.sleep(self.random.uniform(0.0, 0.5))
             if kind == "while it serves":
-                client = subprocess.Popen(self.command(node, master, number, 1e9, 60.0), stdout=self.log, stderr=self.log)
+                others = [self.start("soak_client", number, 1e9, 60.0),
+                          self.start("soak_caller", node.process.pid, master.process.pid, number)]
                 time.sleep(self.random.uniform(0.5, 2.0))
             if kind == "while it steps":
                 # Hours of simulated time: it would answer long after we are gone.
                 for service, arguments in (("pause", []), ("step", ["10000000"])):
-                    client = subprocess.Popen(["rosservice", "call", "/simulator/" + service] + arguments, stdout=self.log,
-                                              stderr=self.log)
+                    others = [subprocess.Popen(["rosservice", "call", "/simulator/" + service] + arguments, stdout=self.log,
+                                               stderr=self.log)]
                     if service == "pause":
-                        client.wait(60.0)
+                        others[0].wait(60.0)
                 time.sleep(self.random.uniform(1.0, 3.0))
-                if client.poll() is not None:
-                    self.fault("ten million ticks were answered at once: rosservice ended with %d" % client.returncode)
+                if others[0].poll() is not None:
+                    self.fault("ten million ticks were answered at once: rosservice ended with %d" % others[0].returncode)
             if kind == "without a master":
                 master.kill()
             self.judge_end(kind, node.interrupt())
-            if client:
-                client.kill()
-                client.wait()
+            for other in others:
+                other.kill()
+                other.wait()
             if kind == "without a master":
                 master.start()
                 master.set_up()
@@ -292,10 +305,10 @@ class Soak:
                 if node.process.poll() is None:
                     node.process.kill()
             master.kill()
-        for name, (calls, worst, served) in sorted(self.latencies.items()):
-            if served > LONGEST_ANSWER:
-                self.fault("%s took %.0f ms once (%.0f ms by the wall clock)" % (name, 1e3 * served, 1e3 * worst))
-        calls = sum(calls for calls, _, _ in self.latencies.values())
+        for name, of in sorted(self.latencies.items()):
+            if of["served"] > LONGEST_ANSWER:
+                self.fault("%s took %.0f ms once (up to %.0f ms by the wall clock)" % (name, 1e3 * of["served"], 1e3 * of["worst"]))
+        calls = sum(of["calls"] for of in self.latencies.values())
         if self.lost > 1 + MOST_LOST * calls:
             self.fault("%d of %d calls had to be made twice" % (self.lost, calls))
         if not self.heard_all:
@@ -313,9 +326,11 @@ class Soak:
         if self.growth is not None:
             lines.append("least memory in both halves of the time after the warm-up [MiB]: " +
                          ", ".join("%.2f" % value for value in self.held) + "; growth %.2f MiB" % self.growth)
-        lines.append("service: calls, longest answer [ms], less what the machine kept from it [ms]")
-        lines += ["  %-16s %7d %8.1f %8.1f" % (name, calls, 1e3 * worst, 1e3 * served)
-                  for name, (calls, worst, served) in sorted(self.latencies.items())]
+        lines.append("service: calls; longest answer [ms] (in it waits for a processor of node, master and caller, and a processor that stood "
+                     "still); longest less these [ms]")
+        lines += ["  %-16s %7d %8.1f (%s) %8.1f" % (name, of["calls"], 1e3 * of["worst"],
+                                                    " ".join("%5.1f" % (1e3 * kept) for kept in of["kept"]), 1e3 * of["served"])
+                  for name, of in sorted(self.latencies.items())]
         lines.append("%d calls were made a second time, as roscpp's client lost the answer" % self.lost)
         lines += ["SIGINT %s: %.2f s" % (when, took) for when, took, _ in self.ends]
         lines += ["FAULT: " + text for text in self.faults]
@@ -331,7 +346,7 @@ def main():
     parser.add_argument("--interrupts", type=int, default=20, help="nodes to interrupt at the end")
     parser.add_argument("--growth", type=float, default=MOST_GROWTH, help="of memory that is allowed after the warm-up [MiB]")
     parser.add_argument("--report", help="file for the summary")
-    parser.add_argument("--client", required=True, help=argparse.SUPPRESS)
+    parser.add_argument("--clients", required=True, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if not options.hours > 0.0:
         parser.error("--hours %g: must be above 0" % options.hours)

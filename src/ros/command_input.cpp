@@ -7,6 +7,7 @@
 #include <initializer_list>
 
 #include "ellipsoid_vehicle_sim/ros/conversions.h"
+#include "ellipsoid_vehicle_sim/vehicle/drive.h"
 
 namespace ellipsoid_vehicle_sim {
 namespace {
@@ -86,7 +87,9 @@ void CommandInput::onAckermann(const AckermannDriveStamped& message) {
 }
 
 void CommandInput::onJoints(const sensor_msgs::JointState& message) {
-  if (const std::string refusal = refusalOf(message); !refusal.empty()) return refuse(kJointCommands, refusal);
+  std::string refusal = countRefusal(simulator_.model(), message.name.size());
+  if (refusal.empty()) refusal = refusalOf(message);
+  if (!refusal.empty()) return refuse(kJointCommands, refusal);
   accept(kJointCommands, toJointRequests(message));
 }
 

@@ -72,9 +72,18 @@ std::string takeForPath(const JointRequest& request, JointCommand& command) {
 
 }  // namespace
 
+std::string countRefusal(const VehicleModel& model, std::size_t count) {
+  const std::size_t joints = model.description.joints.size();
+  if (count == 0) return "names no joint";
+  if (count <= joints) return "";
+  return "names " + std::to_string(count) + " joints; the vehicle has " + std::to_string(joints) +
+         ", and each can be named once";
+}
+
 Problems takeJointRequests(const VehicleModel& model, const std::vector<JointRequest>& requests, DriveState& drive) {
   Problems problems;
-  if (requests.empty()) problems.push_back({"joint command", "names no joint"});
+  if (const std::string refusal = countRefusal(model, requests.size()); !refusal.empty())
+    return {{"joint command", refusal}};
   std::vector<JointCommand> wheels = drive.wheel_command, profiles = drive.profile_command;
   std::set<std::string> seen;
   for (const JointRequest& request : requests) {

@@ -214,6 +214,9 @@ class Interface(unittest.TestCase):
                             "all to be counted")
         self.assertEqual(int(values["dropped commands"]), count)
         self.assertNotEqual(values["last dropped command"], "none")
+        # A megabyte of names: refused by their number, before any is looked at.
+        self.joint_commands.publish(joints(**{"joint_%d" % number: 1.0 for number in range(20000)}))
+        wait_until(lambda: "names 20000 joints; the vehicle has " in self.diagnostics()[1]["last dropped command"], "that to be said")
         for _ in range(3000):  # far more than it can queue: it still answers, and a good command still counts
             self.cmd_vel.publish(twist(math.nan))
         self.sim.send(self.cmd_vel, twist(0.0))

@@ -4,15 +4,13 @@
 #include <ros/node_handle.h>
 #include <ros/service.h>
 #include <std_srvs/Trigger.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <string>
 #include <vector>
-
-#include <dirent.h>
 
 #include "command_fuzzer.h"
 #include "ellipsoid_vehicle_sim/ExplainContact.h"
@@ -22,37 +20,24 @@
 #include "ellipsoid_vehicle_sim/SetPose.h"
 #include "ellipsoid_vehicle_sim/Spawn.h"
 #include "ellipsoid_vehicle_sim/Step.h"
+#include "machine_time.h"
 #include "nan_search.h"
-#include "stall_watch.h"
 
 namespace ellipsoid_vehicle_sim {
-
-/// Of all threads of a process.
-inline double waitedForProcessor(long pid) {
-  const std::string folder = "/proc/" + std::to_string(pid) + "/task/";
-  double waited = 0.0;
-  if (DIR* tasks = opendir(folder.c_str())) {
-    while (const dirent* entry = readdir(tasks))
-      if (entry->d_name[0] != '.') waited += waitedForProcessor(folder + entry->d_name);
-    closedir(tasks);
-  }
-  return waited;
-}
 
 /// Calls every service with valid and absurd arguments, and times the answers.
 class ServiceFuzzer {
  public:
   struct Latency {
     long calls = 0;
-    double worst = 0.0;         ///< [s] as the caller felt it.
-    double worst_served = 0.0;  ///< less what the machine kept from caller, simulator and master [s].
+    double worst = 0.0;                 ///< by the wall clock [s]
+    MachineTime::Kept kept_from_worst;  ///< in that one, from simulator, master and caller
+    double worst_served = 0.0;          ///< the longest of all less what the machine kept from it [s]
   };
 
-  /// `pids`: of the simulator, and of the master, which is asked for the way before every call.
+  /// `pids`: of the simulator and of the master, which is asked for the way before every call.
   ServiceFuzzer(std::string node, std::vector<std::string> ellipsoids, std::vector<long> pids, std::uint64_t seed)
-      : node_(std::move(node)), ellipsoids_(std::move(ellipsoids)), pids_(std::move(pids)), random_(seed) {
-    pids_.push_back(getpid());
-  }
+      : node_(std::move(node)), ellipsoids_(std::move(ellipsoids)), machine_(withOurs(std::move(pids))), random_(seed) {}
 
   void round() {
     switch (random_.index(12)) {
@@ -79,22 +64,19 @@ class ServiceFuzzer {
         return reconfigure();
     }
   }
-  /// Leaves the simulator running as fast as it can.
-  void settle() {
-    trigger("reset");
-    trigger("resume");
-    set("real_time_factor", 0.0);
-  }
-
   const std::map<std::string, Latency>& latencies() const { return latencies_; }
   long lost() const { return lost_; }
   const std::vector<std::string>& faults() const { return faults_; }
 
  private:
+  static std::vector<long> withOurs(std::vector<long> pids) {
+    pids.push_back(getpid());
+    return pids;
+  }
   template <typename Service>
   bool call(const std::string& name, Service& service) {
     using Clock = std::chrono::steady_clock;
-    const Kept before = kept();
+    const MachineTime::Reading before = machine_.read();
     const auto start = Clock::now();
     bool answered = ros::service::call(node_ + "/" + name, service);
     // A roscpp client that asks on a connection of its own throws an answer away now and then that comes before it
@@ -106,33 +88,19 @@ class ServiceFuzzer {
     const double took = std::chrono::duration<double>(Clock::now() - start).count();
     // Whoever watches a processor that stood still has to wake up first.
     if (took > 0.03) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    const double served = took - since(before);
     Latency& latency = latencies_[name];
     ++latency.calls;
-    latency.worst = std::max(latency.worst, took);
-    latency.worst_served = std::max(latency.worst_served, served);
+    const MachineTime::Kept kept = machine_.since(before);
+    latency.worst_served = std::max(latency.worst_served, took - kept.sum());
+    if (took > latency.worst) {
+      latency.worst = took;
+      latency.kept_from_worst = kept;
+    }
     if (!answered && ros::ok())
       fault(name + " was not answered after " + std::to_string(std::lround(1e3 * took)) + " ms; the master " +
             (ros::service::exists(node_ + "/" + name, false) ? "knows it" : "does not know it"));
     if (answered && NanSearch::finds(service.response)) fault("NaN in the answer of " + name);
     return answered;
-  }
-  /// So far: the time waited for a processor, and that in which each stood still [s].
-  struct Kept {
-    double waited = 0.0;
-    std::vector<double> stalled;
-  };
-  Kept kept() const {
-    Kept result{0.0, stalls_.stalled()};
-    for (const long pid : pids_) result.waited += waitedForProcessor(pid);
-    return result;
-  }
-  /// Of the processors the one that stood still the longest counts: they may have done so together.
-  double since(const Kept& before) const {
-    const Kept now = kept();
-    double stalled = 0.0;
-    for (std::size_t i = 0; i < now.stalled.size(); ++i) stalled = std::max(stalled, now.stalled[i] - before.stalled[i]);
-    return now.waited - before.waited + stalled;
   }
   void fault(const std::string& text) {
     if (faults_.size() < 20) faults_.push_back(text);
@@ -145,9 +113,9 @@ class ServiceFuzzer {
     trigger("pause");
     for (int i = random_.index(4); i >= 0; --i) {
       Step service;
-      // What is asked for in earnest is answered when it is done: a thousand ticks at most here.
+      // What is asked for in earnest is answered when it is done: so many ticks take a tenth of the time allowed.
       service.request.steps =
-          random_.one(4) ? (random_.one(2) ? 0u : 4294967295u) : static_cast<std::uint32_t>(1 + random_.index(1000));
+          random_.one(4) ? (random_.one(2) ? 0u : 4294967295u) : static_cast<std::uint32_t>(1 + random_.index(200));
       call("step", service);
     }
     trigger("resume");
@@ -236,8 +204,7 @@ class ServiceFuzzer {
 
   std::string node_;
   std::vector<std::string> ellipsoids_;
-  std::vector<long> pids_;
-  StallWatch stalls_;
+  MachineTime machine_;
   AbsurdNumbers random_;
   std::vector<std::uint8_t> saved_;
   std::map<std::string, Latency> latencies_;

@@ -508,7 +508,8 @@ TEST(JointCommands, AllOrNothingWithEveryReason) {
   refused({good, none}, "no position, velocity or effort");
   refused({good, good}, "is named twice");
   refused({}, "names no joint");
-  EXPECT_EQ(simulator.events().rejected_commands, 8);
+  refused(std::vector<JointRequest>(20000, good), "names 20000 joints; the vehicle has ");
+  EXPECT_EQ(simulator.events().rejected_commands, 9);
   EXPECT_TRUE(simulator.commandJoints({good}).empty());
 }
 

@@ -31,6 +31,10 @@ double brakeTorque(const WheelUnit& wheel, const DriveState& drive);
 /// Joints on a path that mimic others put where these are, moving as they move.
 void followLeaders(const VehicleModel& model, VehicleState& state);
 
+/// Why a command for so many joints is refused before any name is looked at; empty if it is not. Each joint can be named
+/// once, and a flood of commands that are a megabyte each shall not cost what looking at them would.
+std::string countRefusal(const VehicleModel& model, std::size_t count);
+
 /// Takes requests for joints into the state, all or none; problems say why none. Limits, not age, are applied later.
 Problems takeJointRequests(const VehicleModel& model, const std::vector<JointRequest>& requests, DriveState& drive);
 
