@@ -1,8 +1,9 @@
 """Lets the simulator's node run for simulated hours, as fast as it can, while everything that can go wrong around it does.
 
 Starts a master of its own on a free port and the node with two lidars on it. Then client after client (test/soak) subscribes
-to every topic, floods and garbles commands, calls every service with sane and absurd arguments, changes parameters, and goes
-away; in between the master is killed and started anew. Last, the node is interrupted (SIGINT) at random moments.
+to every topic, floods and garbles commands, and goes away, while another process calls every service with sane and absurd
+arguments and changes parameters; in between the master is killed and started anew. Last, the node is interrupted (SIGINT) at
+random moments.
 
 Fails if the node ends by itself, a message holds a NaN, /clock goes back, a service takes longer than 100 ms, the memory it holds for good
 grows by more than 1 MiB after the warm-up, or SIGINT takes longer than a second.

@@ -5,14 +5,12 @@ namespace ellipsoid_vehicle_sim {
 void FleetIsland::reserve(std::size_t members) {
   constexpr std::size_t kPairs = 64;
   members_.reserve(members);
-  places_.reserve(members);
   pairs_.reserve(kPairs);
   stepper_.reserve(members);
 }
 
 void FleetIsland::clear() {
   members_.clear();
-  places_.clear();
   pairs_.clear();
   stepper_.clear();
 }
@@ -20,7 +18,6 @@ void FleetIsland::clear() {
 void FleetIsland::addMember(FleetMember& member, int place) {
   Simulator::Impl& s = *member.simulator->impl_;
   members_.push_back(&member);
-  places_.push_back(place);
   stepper_.addVehicle({&s.model, &s.config, s.dynamics.get(), s.stepper.get(), &s.state, &s.previous.memory}, place);
 }
 
@@ -68,8 +65,8 @@ void FleetIsland::beginShadows() {
   whole_.clear();
   for (std::size_t i = 0; i < members_.size(); ++i) {
     Simulator::Impl& s = impl(i);
-    if (estimates_) halves_.addVehicle(s.needEstimator().run(), s.state, places_[i]);
-    if (checks_) whole_.addVehicle(s.needSavingsCheck().run(), s.state, places_[i]);
+    if (estimates_) halves_.addVehicle(s.needEstimator().run(), s.state, stepper_.place(i));
+    if (checks_) whole_.addVehicle(s.needSavingsCheck().run(), s.state, stepper_.place(i));
   }
   if (estimates_) halves_.addPairs(pairs_);
   if (checks_) whole_.addPairs(pairs_);

@@ -42,7 +42,6 @@ class FleetIsland {
   void tellPairs();
 
   std::vector<FleetMember*> members_;
-  std::vector<int> places_;  ///< in the fleet, of each.
   std::vector<PairCandidate*> pairs_;
   IslandStepper stepper_;
 

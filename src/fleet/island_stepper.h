@@ -57,6 +57,8 @@ class IslandStepper {
   void clear();
   /// Places in the fleet, in ascending order.
   void addVehicle(const SteppedVehicle& vehicle, int place);
+  /// Where the vehicle that was added as number i is in the fleet.
+  int place(std::size_t i) const { return places_[i]; }
   /// Both vehicles are there already.
   void addPair(PairCandidate& pair);
 
