@@ -47,10 +47,10 @@ std::string refusalOf(const AckermannDriveStamped& m) {
   return "";
 }
 
-std::string refusalOf(const sensor_msgs::JointState& m) {
-  for (const std::string& refusal : {lengthRefusal("position", m.position.size(), m.name.size()),
-                                     lengthRefusal("velocity", m.velocity.size(), m.name.size()),
-                                     lengthRefusal("effort", m.effort.size(), m.name.size())}) {
+std::string refusalOf(const JointCommandMessage& m) {
+  const std::size_t names = m.told[0];
+  for (const std::string& refusal : {lengthRefusal("position", m.told[1], names), lengthRefusal("velocity", m.told[2], names),
+                                     lengthRefusal("effort", m.told[3], names)}) {
     if (!refusal.empty()) return refusal;
   }
   return "";
@@ -86,8 +86,8 @@ void CommandInput::onAckermann(const AckermannDriveStamped& message) {
   accept(kAckermannCmd, toDriveCommand(message));
 }
 
-void CommandInput::onJoints(const sensor_msgs::JointState& message) {
-  std::string refusal = countRefusal(simulator_.model(), message.name.size());
+void CommandInput::onJoints(const JointCommandMessage& message) {
+  std::string refusal = countRefusal(simulator_.model(), message.told[0]);
   if (refusal.empty()) refusal = refusalOf(message);
   if (!refusal.empty()) return refuse(kJointCommands, refusal);
   accept(kJointCommands, toJointRequests(message));

@@ -3,13 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 #include "ellipsoid_vehicle_sim/ros/command_input.h"
 
-#include <cmath>
-#include <limits>
 
 namespace ellipsoid_vehicle_sim {
 namespace {
@@ -119,18 +120,68 @@ TEST(Conversions, AnAckermannMessageBecomesACommandWithItsBounds) {
   EXPECT_EQ(command.jerk, 4.0);
 }
 
+// A command as it comes over the wire.
+JointCommandMessage received(const sensor_msgs::JointState& sent) {
+  const ros::SerializedMessage wire = ros::serialization::serializeMessage(sent);
+  JointCommandMessage message;
+  ros::SerializedMessage from(wire.buf, wire.num_bytes);
+  from.message_start = wire.message_start;
+  ros::serialization::deserializeMessage(from, message);
+  return message;
+}
+
 TEST(Conversions, JointCommandsMustHaveOneValueForEachNameOrNone) {
   sensor_msgs::JointState message;
   message.name = {"a", "b"};
   message.velocity = {1.0, 2.0};
-  EXPECT_EQ(refusalOf(message), "");
-  const std::vector<JointRequest> requests = toJointRequests(message);
+  EXPECT_EQ(refusalOf(received(message)), "");
+  const std::vector<JointRequest> requests = toJointRequests(received(message));
   ASSERT_EQ(requests.size(), 2U);
   EXPECT_EQ(requests[1].joint, "b");
   EXPECT_EQ(requests[1].velocity, 2.0);
   EXPECT_FALSE(requests[1].position || requests[1].effort);
   message.effort = {1.0};
-  EXPECT_EQ(refusalOf(message), "effort has 1 values for 2 names; allowed are none or one for each");
+  EXPECT_EQ(refusalOf(received(message)), "effort has 1 values for 2 names; allowed are none or one for each");
+}
+
+TEST(Conversions, OfAJointCommandNoMoreIsReadThanCouldBeOne) {
+  sensor_msgs::JointState message;
+  message.header.frame_id = "frame";
+  message.name.assign(JointCommandMessage::kLongestArray, "a joint with a name that is stored elsewhere");
+  message.position.assign(message.name.size(), 1.0);
+  message.effort.assign(message.name.size(), -2.0);
+  const JointCommandMessage all = received(message);
+  EXPECT_EQ(static_cast<const sensor_msgs::JointState&>(all), message);
+  EXPECT_EQ(refusalOf(all), "");
+
+  message.effort.push_back(0.0);
+  const JointCommandMessage long_effort = received(message);
+  EXPECT_TRUE(long_effort.effort.empty());
+  EXPECT_EQ(refusalOf(long_effort), "effort has 1001 values for 1000 names; allowed are none or one for each");
+
+  message.name.push_back("one more");
+  const JointCommandMessage long_names = received(message);
+  EXPECT_TRUE(long_names.name.empty() && long_names.position.empty());
+  EXPECT_EQ(long_names.told[0], 1001U);
+}
+
+TEST(Conversions, AJointCommandThatAnnouncesMoreThanItHoldsIsNone) {
+  sensor_msgs::JointState message;
+  message.name = {"a"};
+  message.position = {1.0};
+  for (const std::uint32_t announced : {2U, 1000U, 4000000000U}) {
+    ros::SerializedMessage wire = ros::serialization::serializeMessage(message);
+    // Behind the names, from the end: position, velocity and effort with a length each.
+    std::uint8_t* const length = wire.buf.get() + wire.num_bytes - 3 * sizeof(std::uint32_t) - sizeof(double);
+    std::memcpy(length, &announced, sizeof announced);
+    JointCommandMessage read;
+    if (announced <= JointCommandMessage::kLongestArray) {
+      EXPECT_THROW(ros::serialization::deserializeMessage(wire, read), ros::serialization::StreamOverrunException);
+    } else {
+      ros::serialization::deserializeMessage(wire, read);
+      EXPECT_EQ(refusalOf(read), "position has 4000000000 values for 1 names; allowed are none or one for each");
+    }
+  }
 }
 
 TEST(Conversions, PlanarOdometryLeavesWhatItCannotKnowUnknown) {

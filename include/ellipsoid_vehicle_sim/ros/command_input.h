@@ -3,7 +3,6 @@
 #include <geometry_msgs/Twist.h>
 #include <ros/node_handle.h>
 #include <ros/subscriber.h>
-#include <sensor_msgs/JointState.h>
 
 #include <array>
 #include <cstdint>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "ellipsoid_vehicle_sim/ros/ackermann_message.h"
+#include "ellipsoid_vehicle_sim/ros/joint_command_message.h"
 #include "ellipsoid_vehicle_sim/ros/parameters.h"
 #include "ellipsoid_vehicle_sim/ros/wall_throttle.h"
 #include "ellipsoid_vehicle_sim/vehicle/simulator.h"
@@ -59,7 +59,7 @@ class CommandInput {
 
   void onTwist(const geometry_msgs::Twist& twist);
   void onAckermann(const AckermannDriveStamped& message);
-  void onJoints(const sensor_msgs::JointState& message);
+  void onJoints(const JointCommandMessage& message);
   void accept(Topic topic, Command command);
   void apply(Topic topic, const Command& command);
   void refuse(Topic topic, const std::string& reason);
@@ -74,6 +74,6 @@ class CommandInput {
 /// "" if the message can be taken; otherwise why not.
 std::string refusalOf(const geometry_msgs::Twist& message);
 std::string refusalOf(const AckermannDriveStamped& message);
-std::string refusalOf(const sensor_msgs::JointState& message);
+std::string refusalOf(const JointCommandMessage& message);
 
 }  // namespace ellipsoid_vehicle_sim
