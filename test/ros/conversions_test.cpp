@@ -11,7 +11,6 @@
 
 #include "ellipsoid_vehicle_sim/ros/command_input.h"
 
-
 namespace ellipsoid_vehicle_sim {
 namespace {
 
