@@ -103,7 +103,7 @@ class Node:
         self.output = open(os.path.join(folder, "node.log"), "a+")
         self.process = subprocess.Popen([binary, "__name:=simulator"], stdout=self.output, stderr=subprocess.STDOUT, cwd=folder)
         Node.all.append(self)
-        self.curve = []  # (wall time [s], resident memory [MiB])
+        self.curve = []  # (wall time [s], resident memory [MiB], that part of it which is no file's [MiB])
         threading.Thread(target=self.sample, daemon=True).start()
 
     def sample(self):
@@ -111,11 +111,11 @@ class Node:
         while self.process.poll() is None:
             try:
                 with open("/proc/%d/statm" % self.process.pid) as file:
-                    pages = int(file.read().split()[1])
-            except (OSError, IndexError):
+                    resident, of_files = (int(pages) * os.sysconf("SC_PAGE_SIZE") / 2.0 ** 20 for pages in file.read().split()[1:3])
+            except (OSError, ValueError):
                 return
-            if pages:
-                self.curve.append((time.monotonic() - start, pages * os.sysconf("SC_PAGE_SIZE") / 2.0 ** 20))
+            if resident:
+                self.curve.append((time.monotonic() - start, resident, resident - of_files))
             time.sleep(SAMPLE)
 
     def interrupt(self):
@@ -234,13 +234,14 @@ class Soak:
     def judge_memory(self, curve):
         self.curve = curve
         end_of_warm_up = max(SHORTEST_WARM_UP, WARM_UP * curve[-1][0]) if curve else 0.0
-        warm = sum(1 for at, _ in curve if at < end_of_warm_up)
+        warm = sum(1 for point in curve if point[0] < end_of_warm_up)
         if len(curve) - warm < 10.0 / SAMPLE:
             return self.fault("the run was too short to say anything about memory")
         # What waits in queues for a subscriber that is slow at the moment comes and goes: the least of a half of the time is
         # what the node holds for good.
-        after = [value for _, value in curve[warm:]]
-        self.held = [min(after[:len(after) // 2]), min(after[len(after) // 2:])]
+        after = curve[warm:]
+        halves = after[:len(after) // 2], after[len(after) // 2:]
+        self.held, self.held_own = ([min(point[kind] for point in half) for half in halves] for kind in (1, 2))
         self.growth = self.held[1] - self.held[0]
         if self.growth > self.options.growth:
             self.fault("memory grew by %.2f MiB after the warm-up" % self.growth)
@@ -323,10 +324,11 @@ class Soak:
                  "%d clients, %d messages looked at, %d commands sent, %d restarts of the master" %
                  (self.clients, self.messages, self.commands, self.restarts)]
         step = max(1, len(self.curve) // 20)
-        lines.append("memory [MiB] over wall time [s]: " + ", ".join("%.0f: %.2f" % point for point in self.curve[::step]))
+        lines.append("memory [MiB] over wall time [s]: " + ", ".join("%.0f: %.2f" % point[:2] for point in self.curve[::step]))
         if self.growth is not None:
             lines.append("least memory in both halves of the time after the warm-up [MiB]: " +
-                         ", ".join("%.2f" % value for value in self.held) + "; growth %.2f MiB" % self.growth)
+                         ", ".join("%.2f" % value for value in self.held) + "; growth %.2f MiB" % self.growth +
+                         " (without pages of libraries %.2f, %.2f)" % tuple(self.held_own))
         lines.append("service: calls; longest answer [ms] (in it waits for a processor of node, master and caller, and a processor that stood "
                      "still); longest less these [ms]")
         lines += ["  %-16s %7d %8.1f (%s) %8.1f" % (name, of["calls"], 1e3 * of["worst"],
