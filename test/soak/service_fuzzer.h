@@ -111,7 +111,7 @@ class ServiceFuzzer {
     trigger("pause");
     for (int i = random_.index(4); i >= 0; --i) {
       Step service;
-      // What is asked for in earnest is answered when it is done: so many ticks take a tenth of the time allowed.
+      // What is asked for in earnest is answered when it is done: 200 ticks at most here.
       service.request.steps =
           random_.one(4) ? (random_.one(2) ? 0u : 4294967295u) : static_cast<std::uint32_t>(1 + random_.index(200));
       call("step", service);

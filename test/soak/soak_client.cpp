@@ -44,6 +44,7 @@ void settle(const std::string& node) {
   dynamic_reconfigure::Reconfigure fast;
   fast.request.config.doubles.resize(1);
   fast.request.config.doubles[0].name = "real_time_factor";
+  fast.request.config.doubles[0].value = 0.0;
   ros::service::call(node + "/set_parameters", fast);
 }
 
@@ -101,8 +102,8 @@ int run(int argc, char** argv) {
   faults.insert(faults.end(), strange.begin(), strange.end());
   std::printf(
       "{\"from\": %.6f, \"to\": %.6f, \"messages\": %ld, \"commands\": %ld, \"silent\": %s, \"faults\": %s}\n",
-      first, watcher.time(), watcher.messages(), commands.sent(),
-      listed(watcher.silent()).c_str(), listed(faults).c_str());
+      first, watcher.time(), watcher.messages(), commands.sent(), listed(watcher.silent()).c_str(),
+      listed(faults).c_str());
   return 0;
 }
 
