@@ -47,5 +47,7 @@
 ///   [Hairer1993]         E. Hairer, S. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed.: Runge-Kutta methods.
 ///   [HairerWanner1996]   E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed.: stiff problems, IV.9 linearly
 ///                        implicit methods.
+///   [Barnes1999]         M. R. Barnes, Form finding and analysis of tension structures by dynamic relaxation, Int. J. Space
+///                        Structures 14 (1999): kinetic damping.
 ///   [Schneider2014]      R. Schneider, Convex Bodies: The Brunn-Minkowski Theory, 2nd ed., Cambridge 2014: 3.2 summands, rolling.
 ///   [Nocedal2006]        J. Nocedal, S. Wright, Numerical Optimization, 2nd ed., Springer 2006: 3.1 sufficient decrease.

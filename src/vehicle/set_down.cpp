@@ -10,6 +10,7 @@
 #include "ellipsoid_vehicle_sim/dynamics/integrator.h"
 #include "ellipsoid_vehicle_sim/vehicle/tick_stepper.h"
 #include "ellipsoid_vehicle_sim/vehicle/drive.h"
+#include "settling_damper.h"
 #include "wheel_loads.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -19,16 +20,15 @@ using Eigen::Vector3d;
 
 // Ground steeper than this is no place to stand [rad].
 constexpr double kSteepest = 50.0 * M_PI / 180.0;
-// Extra damping while settling [1/s]: critical for a ride of about 1 Hz, harmless for everything stiffer.
-constexpr double kSettlingDamping = 10.0;
 // At rest when no part moves faster than this, in metres and radians per second.
 constexpr double kAtRest = 1e-6;
 constexpr int kQuietSteps = 100;
-constexpr int kMostSteps = 300000;
-constexpr double kLongestSettling = 20.0;
-// Where the stiffest contact asks for smaller steps than this, explicit ones would never come to an end: implicit ones of
-// a millisecond then [s].
-constexpr double kSmallestSettlingStep = 1e-4;
+constexpr double kLongestSettling = 12.0;  // [s]
+// Where the stiffest contact asks for smaller steps than this, explicit ones would never come to an end [s]. Implicit ones
+// then; each costs as much as ten, and bears any length.
+constexpr double kSmallestSettlingStep = 3e-4;
+constexpr double kImplicitStep = 4e-3;
+constexpr int kQuietImplicitSteps = 25;
 
 // Height of the topmost ground that faces up below (x, y).
 std::optional<double> groundHeight(const Terrain& terrain, double x, double y) {
@@ -256,7 +256,8 @@ Problems settle(const VehicleModel& model, const SimConfig& config, const Terrai
   dynamics.overrideFriction(FrictionMode::kAnchored);
   const double explicit_step = settlingStep(model);
   const bool stiff = explicit_step < kSmallestSettlingStep || config.integrator == IntegratorKind::kLinearlyImplicit;
-  const double dt = stiff ? kDefaultTick : explicit_step;
+  const double dt = stiff ? kImplicitStep : explicit_step;
+  const int quiet_steps = stiff ? kQuietImplicitSteps : kQuietSteps;
   SimConfig settling = config;
   settling.integrator = IntegratorKind::kLinearlyImplicit;
   settling.dt = dt;
@@ -265,12 +266,12 @@ Problems settle(const VehicleModel& model, const SimConfig& config, const Terrai
   MotionRate k[4] = {dynamics.makeRate(), dynamics.makeRate(), dynamics.makeRate(), dynamics.makeRate()};
   Motion scratch = dynamics.makeMotion();
   dynamics.accept(start, dt);
-  const double keep = 1.0 / (1.0 + kSettlingDamping * dt);
+  SettlingDamper damper;
   int quiet = 0;
-  const int most = std::min(kMostSteps, static_cast<int>(kLongestSettling / dt));
+  const int most = static_cast<int>(kLongestSettling / dt);
   bool finite = true, fell = false;
   int step = 0;
-  for (; step < most && quiet < kQuietSteps && !fell; ++step) {
+  for (; step < most && quiet < quiet_steps && !fell; ++step) {
     if (stiff) {
       finite = implicit.advance(start, before).sane;
       if (!finite) break;
@@ -278,9 +279,10 @@ Problems settle(const VehicleModel& model, const SimConfig& config, const Terrai
       dynamics.beginStep(start, dt);
       semiImplicitEulerStep(dynamics, start.motion, dt, k, scratch);
     }
-    start.motion.v_WB *= keep;
-    start.motion.w_WB *= keep;
-    for (double& qd : start.motion.qd) qd *= keep;
+    const double remainder = damper.remainder(largestSpeed(start.motion), dt);
+    start.motion.v_WB *= remainder;
+    start.motion.w_WB *= remainder;
+    for (double& qd : start.motion.qd) qd *= remainder;
     finite = start.motion.allFinite() && largestSpeed(start.motion) < 1e6;
     if (!finite) break;
     if (!stiff) dynamics.accept(start, dt);
@@ -290,7 +292,7 @@ Problems settle(const VehicleModel& model, const SimConfig& config, const Terrai
     quiet = touching && largestSpeed(start.motion) < kAtRest ? quiet + 1 : 0;
   }
   dynamics.overrideFriction(std::nullopt);
-  if (!finite || quiet < kQuietSteps) {
+  if (!finite || quiet < quiet_steps) {
     char text[200];
     if (fell)
       std::snprintf(text, sizeof text, "the vehicle finds no rest there: after %.3g s it has fallen off the ground", step * dt);
