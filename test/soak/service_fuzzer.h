@@ -33,11 +33,17 @@ class ServiceFuzzer {
     double worst = 0.0;                 ///< by the wall clock [s]
     MachineTime::Kept kept_from_worst;  ///< in that one, from simulator, master and caller
     double worst_served = 0.0;          ///< the longest of all less what the machine kept from it [s]
+    long late = 0;                      ///< that took longer than is allowed by the wall clock
+    long late_served = 0;               ///< and of these, less what the machine kept
   };
 
-  /// `pids`: of the simulator and of the master, which is asked for the way before every call.
-  ServiceFuzzer(std::string node, std::vector<std::string> ellipsoids, std::vector<long> pids, std::uint64_t seed)
-      : node_(std::move(node)), ellipsoids_(std::move(ellipsoids)), machine_(withOurs(std::move(pids))), random_(seed) {}
+  /// `pids`: of the simulator and of the master, which is asked for the way before every call. `allowed`: for an answer [s].
+  ServiceFuzzer(std::string node, std::vector<std::string> ellipsoids, std::vector<long> pids, std::uint64_t seed, double allowed)
+      : node_(std::move(node)),
+        ellipsoids_(std::move(ellipsoids)),
+        machine_(withOurs(std::move(pids))),
+        random_(seed),
+        allowed_(allowed) {}
 
   void round() {
     switch (random_.index(12)) {
@@ -90,6 +96,8 @@ class ServiceFuzzer {
     Latency& latency = latencies_[name];
     ++latency.calls;
     latency.worst_served = std::max(latency.worst_served, took - kept.sum());
+    if (took > allowed_) ++latency.late;
+    if (took - kept.sum() > allowed_) ++latency.late_served;
     if (took > latency.worst) {
       latency.worst = took;
       latency.kept_from_worst = kept;
@@ -204,6 +212,7 @@ class ServiceFuzzer {
   std::vector<std::string> ellipsoids_;
   MachineTime machine_;
   AbsurdNumbers random_;
+  double allowed_;
   std::vector<std::uint8_t> saved_;
   std::map<std::string, Latency> latencies_;
   long lost_ = 0;

@@ -1,6 +1,7 @@
-// soak_caller NODE PID MASTER_PID SEED: calls the services of a running simulator until its standard input ends, and does
-// nothing else: how long an answer takes is what a caller feels who does not drown in messages himself. Prints one
-// line of JSON: what was seen. scripts/soak.py starts it beside a soak_client.
+// soak_caller NODE PID MASTER_PID SEED ALLOWED: calls the services of a running simulator until its standard input ends, and
+// does nothing else: how long an answer takes is what a caller feels who does not drown in messages himself. Answers that
+// take more than ALLOWED seconds are counted. Prints one line of JSON: what was seen. scripts/soak.py starts it beside a
+// soak_client.
 #include <poll.h>
 #include <ros/ros.h>
 #include <unistd.h>
@@ -41,8 +42,8 @@ bool inputEnded() {
 }
 
 int run(int argc, char** argv) {
-  if (argc != 5) {
-    std::fprintf(stderr, "soak_caller NODE PID MASTER_PID SEED\n");
+  if (argc != 6) {
+    std::fprintf(stderr, "soak_caller NODE PID MASTER_PID SEED ALLOWED\n");
     return 2;
   }
   const std::string node = argv[1];
@@ -50,7 +51,7 @@ int run(int argc, char** argv) {
   if (!ros::service::waitForService(node + "/explain_contact", ros::Duration(600.0))) return 0;
   const std::vector<std::string> ellipsoids = ellipsoidNames(node);
   ServiceFuzzer services(node, ellipsoids, {std::atol(argv[2]), std::atol(argv[3])},
-                         static_cast<std::uint64_t>(std::atoll(argv[4])));
+                         static_cast<std::uint64_t>(std::atoll(argv[4])), std::atof(argv[5]));
   AbsurdNumbers random(static_cast<std::uint64_t>(std::atoll(argv[4])) + 1);
   while (ros::ok() && !inputEnded()) {
     services.round();
@@ -63,6 +64,7 @@ int run(int argc, char** argv) {
     std::string kept;
     for (const double waited : latency.kept_from_worst.waited) kept += number(waited) + ", ";
     latencies += (latencies.empty() ? "" : ", ") + quoted(name) + ": {\"calls\": " + std::to_string(latency.calls) +
+                 ", \"late\": [" + std::to_string(latency.late) + ", " + std::to_string(latency.late_served) + "]" +
                  ", \"worst\": " + number(latency.worst) + ", \"kept\": [" + kept +
                  number(latency.kept_from_worst.stalled) + "], \"served\": " + number(latency.worst_served) + "}";
   }
