@@ -28,7 +28,7 @@ class SettlingDamper {
 
  private:
   static constexpr double kDamping = 10.0;        // [1/s]: critical for a ride of about 1 Hz, harmless for everything stiffer
-  static constexpr double kRideTime = 1.5;        // by then a ride is at rest [s]
+  static constexpr double kRideTime = 1.5;        // by then a ride is at rest, or nearly [s]
   static constexpr double kLongestDamping = 0.3;  // [s]
 
   double time_ = 0.0, speed_ = 0.0, peak_ = 0.0, damps_since_ = kRideTime;
