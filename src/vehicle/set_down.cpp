@@ -279,11 +279,11 @@ Problems settle(const VehicleModel& model, const SimConfig& config, const Terrai
       dynamics.beginStep(start, dt);
       semiImplicitEulerStep(dynamics, start.motion, dt, k, scratch);
     }
-    const double remainder = damper.remainder(largestSpeed(start.motion), dt);
+    const double speed = largestSpeed(start.motion), remainder = damper.remainder(speed, dt);
     start.motion.v_WB *= remainder;
     start.motion.w_WB *= remainder;
     for (double& qd : start.motion.qd) qd *= remainder;
-    finite = start.motion.allFinite() && largestSpeed(start.motion) < 1e6;
+    finite = start.motion.allFinite() && remainder * speed < 1e6;
     if (!finite) break;
     if (!stiff) dynamics.accept(start, dt);
     bool touching = false;
