@@ -25,20 +25,29 @@ void CandidateCache::ask(const Eigen::Vector3d& low, const Eigen::Vector3d& high
     high_ += ahead.cwiseMax(0.0) + margin;
   }
   indices_.clear();
-  terrain.query(Eigen::AlignedBox3d(low_, high_), indices_);
+  terrain.candidates(Eigen::AlignedBox3d(low_, high_), indices_);
+  terrain.prefetchCorners(indices_);
   std::sort(indices_.begin(), indices_.end());
+  candidates_.resize(indices_.size());
+  std::size_t count = 0;
+  for (const int index : indices_) {
+    Candidate& candidate = candidates_[count];
+    candidate.index = index;
+    auto& v = candidate.triangle.v;
+    terrain.corners(index, v);
+    const Eigen::Array3d low = v[0].cwiseMin(v[1]).cwiseMin(v[2]), high = v[0].cwiseMax(v[1]).cwiseMax(v[2]);
+    count += ((low <= high_.array()) && (high >= low_.array())).all() ? 1 : 0;
+  }
+  candidates_.resize(count);
 
   constexpr std::size_t kWidth = CandidateBlock::kWidth;
-  const std::size_t count = indices_.size();
-  candidates_.resize(count);
   blocks_.resize((count + kWidth - 1) / kWidth);
   for (std::size_t begin = 0; begin < count; begin += kWidth) {
     CandidateBlock& block = blocks_[begin / kWidth];
     const std::size_t used = std::min(kWidth, count - begin);
     for (std::size_t lane = 0; lane < used; ++lane) {
-      Candidate& candidate = candidates_[begin + lane];
-      block.index[lane] = candidate.index = indices_[begin + lane];
-      terrain.corners(candidate.index, candidate.triangle.v);
+      const Candidate& candidate = candidates_[begin + lane];
+      block.index[lane] = candidate.index;
       for (std::size_t k = 0; k < 3; ++k)
         for (int axis = 0; axis < 3; ++axis) block.v[k][axis][lane] = candidate.triangle.v[k][axis];
     }

@@ -8,11 +8,12 @@ using Mask = std::int64_t __attribute__((vector_size(sizeof(double) * EVS_LANES)
 inline void load(const double* from, Lanes& to) { std::memcpy(&to, from, sizeof to); }
 inline void store(const Lanes& from, double* to) { std::memcpy(to, &from, sizeof from); }
 
-// A bit for each lane that is true.
+// A bit for each lane that is true. By the lanes, not by the compiler's macros of what there is: those are set before a
+// file is read, so that none of them knows of a target that the file itself turns to. Eight and four are x86 alone.
 inline std::uint32_t bitsOf(const Mask& mask) {
-#if EVS_LANES == 8 && defined(__AVX512DQ__)
+#if EVS_LANES == 8
   return static_cast<std::uint32_t>(_mm512_movepi64_mask(reinterpret_cast<const __m512i&>(mask)));
-#elif EVS_LANES == 4 && defined(__AVX2__)
+#elif EVS_LANES == 4
   return static_cast<std::uint32_t>(_mm256_movemask_pd(reinterpret_cast<const __m256d&>(mask)));
 #elif EVS_LANES == 2 && defined(__SSE2__)
   return static_cast<std::uint32_t>(_mm_movemask_pd(reinterpret_cast<const __m128d&>(mask)));

@@ -2,9 +2,10 @@
 // faceSides (plane_contact.h), which define them, and so the same bits. Included once for each kind of machine, inside
 // a namespace of its own; no include guard.
 
-// A bit for each lane that is true.
+// A bit for each lane that is true. EVS_CORNERS_IN_ONE says that they fill one register of x86; the compiler's own
+// macros know nothing of a target that the file itself turns to.
 inline unsigned bitsOf(const LaneMask& mask) {
-#ifdef __AVX__
+#if EVS_CORNERS_IN_ONE
   return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<const __m256d&>(mask)));
 #else
   return static_cast<unsigned>((mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8));

@@ -31,12 +31,15 @@ inline TriangleContact contactAt(Feature feature, double depth, const Vec3& n, c
 using Lanes = double __attribute__((vector_size(32)));
 using LaneMask = std::int64_t __attribute__((vector_size(32)));
 
+#define EVS_CORNERS_IN_ONE 0
 namespace plain {
 #include "corner_lanes.h"
 #include "ordinary_contact.h"
 }  // namespace plain
 
 #if defined(__x86_64__)
+#undef EVS_CORNERS_IN_ONE
+#define EVS_CORNERS_IN_ONE 1
 #pragma GCC push_options
 #pragma GCC target("avx2")
 namespace avx2 {
@@ -53,6 +56,7 @@ namespace avx512 {
 }  // namespace avx512
 #pragma GCC pop_options
 #endif
+#undef EVS_CORNERS_IN_ONE
 
 using Kernel = TriangleContact (*)(const PosedEllipsoid&, const Triangle&, double);
 

@@ -189,6 +189,11 @@ void Terrain::corners(int i, std::array<Vector3d, 3>& v) const {
   for (std::size_t k = 0; k < 3; ++k) v[k] = impl_->vertices[corners[k]];
 }
 
+void Terrain::prefetchCorners(const std::vector<int>& triangles) const {
+  for (const int i : triangles)
+    for (const std::uint32_t v : impl_->triangles[static_cast<std::size_t>(i)]) __builtin_prefetch(&impl_->vertices[v]);
+}
+
 int Terrain::surfaceIndex(int i) const {
   return impl_->surface.empty() ? 0 : impl_->surface[static_cast<std::size_t>(i)];
 }
@@ -208,26 +213,16 @@ std::size_t Terrain::memoryBytes() const {
 }
 
 void Terrain::query(const Eigen::AlignedBox3d& box, std::vector<int>& out) const {
-  // Far from the cache's memory all corners are fetched at once, not triangle after triangle.
-  const std::size_t begin = out.size();
   impl_->tree.visit(box, [&](int i, bool certain) {
-    __builtin_prefetch(&impl_->triangles[static_cast<std::size_t>(i)]);
-    out.push_back(certain ? i : ~i);
+    if (certain || impl_->boxMeets(i, box)) out.push_back(i);
   });
-  for (std::size_t k = begin; k < out.size(); ++k) {
-    const int i = out[k] < 0 ? ~out[k] : out[k];
-    for (const std::uint32_t v : impl_->triangles[static_cast<std::size_t>(i)]) __builtin_prefetch(&impl_->vertices[v]);
-  }
-  std::size_t kept = begin;
-  for (std::size_t k = begin; k < out.size(); ++k) {
-    const int i = out[k];
-    if (i >= 0) {
-      out[kept++] = i;
-    } else if (impl_->boxMeets(~i, box)) {
-      out[kept++] = ~i;
-    }
-  }
-  out.resize(kept);
+}
+
+void Terrain::candidates(const Eigen::AlignedBox3d& box, std::vector<int>& out) const {
+  impl_->tree.visit(box, [&](int i, bool) {
+    __builtin_prefetch(&impl_->triangles[static_cast<std::size_t>(i)]);
+    out.push_back(i);
+  });
 }
 
 bool Terrain::mayMeet(const Eigen::AlignedBox3d& box) const { return impl_->tree.mayMeet(box); }

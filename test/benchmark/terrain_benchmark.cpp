@@ -71,7 +71,7 @@ void query(benchmark::State& state, int cells, bool cold) {
   std::size_t k = 0, found = 0;
   for (auto _ : state) {
     out.clear();
-    terrain.query(boxes[k++ & 65535], out);
+    terrain.candidates(boxes[k++ & 65535], out);
     found += out.size();
   }
   state.counters["triangles"] = static_cast<double>(found) / static_cast<double>(state.iterations());
@@ -147,6 +147,7 @@ void registerAll() {
   RegisterBenchmark("tree_cold_2M/ours", query, kManyHillCells, true);
   RegisterBenchmark("wheel_driving/ours", wheelDriving, kHillCells);
   RegisterBenchmark("wheel_cold/ours", wheelCold, kHillCells);
+  RegisterBenchmark("wheel_cold_2k/ours", wheelCold, kSmallHillCells);
   RegisterBenchmark("heights/ours", heights, kHillCells);
   RegisterBenchmark("front_crossing/ours", frontCrossing, kHillCells);
 }

@@ -55,6 +55,7 @@ class MeshTree {
   static constexpr int kWidth = MeshTreeNode::kWidth;
   static constexpr int kMostLevels = 11;  // 8^11 > 2^31
   static constexpr int kStackSize = kMostLevels * (kWidth - 1) + 1;
+  static constexpr int kLeavesAtOnce = 4 * kWidth;
   static constexpr double kLastCell = 2147483647.0;
 
   /// The levels of one tree, leaves first: where each begins in nodes_, and how many nodes it has. The last is the
@@ -104,35 +105,47 @@ void MeshTree::traverse(const Levels& levels, const CellBox& box, Accept&& accep
   const auto push = [&](std::size_t level, std::uint32_t node) {
     stack[top++] = static_cast<std::uint64_t>(level) << 32 | node;
   };
-  const std::size_t root = static_cast<std::size_t>(levels.size) - 1;
-  push(root, levels.begin[root]);
-  while (top > 0) {
-    const std::uint64_t entry = stack[--top];
-    const std::size_t level = entry >> 32;
-    const std::uint32_t at = static_cast<std::uint32_t>(entry);
-    const MeshTreeNode& node = nodes_[at];
-    const std::uint32_t first = (at - levels.begin[level]) * kWidth;  // of the triangles or nodes below
-    const auto forEach = [&](unsigned mask, std::uint32_t end, auto&& lane_visit) {
-      if (end - first < kWidth) mask &= (1u << (end - first)) - 1u;
-      for (; mask != 0; mask &= mask - 1) {
-        const int lane = __builtin_ctz(mask);
-        if (accept(node, lane)) lane_visit(static_cast<std::uint32_t>(lane));
-      }
-    };
-    if (level == 0) {
-      const MetLanes met = metLanes(node, box);
+  const auto forEach = [](unsigned mask, std::uint32_t count, auto&& lane_visit) {
+    if (count < kWidth) mask &= (1u << count) - 1u;
+    for (; mask != 0; mask &= mask - 1) lane_visit(__builtin_ctz(mask));
+  };
+  // Leaves wait for others: far from the cache's memory, they are fetched together.
+  std::uint32_t leaves[kLeavesAtOnce];
+  int waiting = 0;
+  const auto visitLeaves = [&] {
+    for (int i = 0; i < waiting; ++i) {
+      const MeshTreeNode& node = nodes_[levels.begin[0] + leaves[i]];
+      const std::uint32_t first = leaves[i] * kWidth;
       const std::uint32_t* triangles = &triangles_[levels.first_triangle + first];
-      forEach(met.meeting, levels.triangle_count,
-              [&](std::uint32_t lane) { visit(static_cast<int>(triangles[lane]), ((met.certain >> lane) & 1u) != 0); });
-    } else {
-      const std::uint32_t below = levels.begin[level - 1] + first;
-      forEach(metLanes(node, box).meeting, levels.count[level - 1], [&](std::uint32_t lane) {
-        __builtin_prefetch(&nodes_[below + lane]);
-        if (level == 1) __builtin_prefetch(&triangles_[levels.first_triangle + (first + lane) * kWidth]);
-        push(level - 1, below + lane);
+      const MetLanes met = metLanes(node, box);
+      forEach(met.meeting, levels.triangle_count - first, [&](int lane) {
+        if (accept(node, lane)) visit(static_cast<int>(triangles[lane]), ((met.certain >> lane) & 1u) != 0);
       });
     }
+    waiting = 0;
+  };
+  const std::size_t root = static_cast<std::size_t>(levels.size) - 1;
+  if (root == 0) {
+    leaves[waiting++] = 0;
+  } else {
+    push(root, 0);
   }
+  while (top > 0) {
+    const std::uint64_t entry = stack[--top];
+    const std::size_t level = entry >> 32, below = level - 1;
+    const std::uint32_t at = static_cast<std::uint32_t>(entry), first = at * kWidth;
+    const MeshTreeNode& node = nodes_[levels.begin[level] + at];
+    forEach(metLanes(node, box).meeting, levels.count[below] - first, [&](int lane) {
+      if (!accept(node, lane)) return;
+      const std::uint32_t child = first + static_cast<std::uint32_t>(lane);
+      __builtin_prefetch(&nodes_[levels.begin[below] + child]);
+      if (below > 0) return push(below, child);
+      __builtin_prefetch(&triangles_[levels.first_triangle + child * kWidth]);
+      leaves[waiting++] = child;
+    });
+    if (waiting > kLeavesAtOnce - kWidth) visitLeaves();
+  }
+  visitLeaves();
 }
 
 template <typename Visit>

@@ -67,6 +67,8 @@ class Terrain {
   Triangle triangle(int i) const;
   /// The corners of triangle i alone.
   void corners(int i, std::array<Eigen::Vector3d, 3>& v) const;
+  /// Says that the corners of these triangles are asked for next: memory fetches all of them at once.
+  void prefetchCorners(const std::vector<int>& triangles) const;
   const Surface& surface(int i) const;
   int surfaceIndex(int i) const;
   const std::vector<Surface>& surfaces() const;
@@ -78,6 +80,10 @@ class Terrain {
   /// Appends the indices of all triangles whose own box meets `box` (closed on closed, no false negatives, no extras), in
   /// no particular order. Allocates only when `out` has to grow.
   void query(const Eigen::AlignedBox3d& box, std::vector<int>& out) const;
+
+  /// As `query`, with a few whose box only nearly meets `box`: by what the tree rounds, a 255th of a leaf. Reads nothing
+  /// but the tree.
+  void candidates(const Eigen::AlignedBox3d& box, std::vector<int>& out) const;
 
   /// Whether any triangle's box may meet `box`; false proves that none does. Stops at the first.
   bool mayMeet(const Eigen::AlignedBox3d& box) const;
