@@ -35,8 +35,8 @@ void CandidateCache::ask(const Eigen::Vector3d& low, const Eigen::Vector3d& high
     candidate.index = index;
     auto& v = candidate.triangle.v;
     terrain.corners(index, v);
-    const Eigen::Array3d low = v[0].cwiseMin(v[1]).cwiseMin(v[2]), high = v[0].cwiseMax(v[1]).cwiseMax(v[2]);
-    count += ((low <= high_.array()) && (high >= low_.array())).all() ? 1 : 0;
+    const Eigen::Array3d lowest = v[0].cwiseMin(v[1]).cwiseMin(v[2]), highest = v[0].cwiseMax(v[1]).cwiseMax(v[2]);
+    count += ((lowest <= high_.array()) && (highest >= low_.array())).all() ? 1 : 0;
   }
   candidates_.resize(count);
 

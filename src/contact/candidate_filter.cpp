@@ -18,6 +18,14 @@ constexpr double kOutsideMargin = 1e-9;
 constexpr double kHorizonMargin = 1e-9;
 // q.n of the direction that clears a triangle, above the rounding of m.n = 0 [-].
 constexpr double kForwardMargin = 1e-9;
+// Taken off everything that has to stay positive while an ellipsoid travels [m].
+constexpr double kTravelMargin = 1e-9;
+// Keeps a quotient a number where nothing falls [m/m].
+constexpr double kLeastSpeed = 1e-9;
+// The slight tilt, in parts of the best one [-].
+constexpr double kSlightTilt = 0.125;
+// Least height over a plane, in parts of h: bounds what a change of A costs [-].
+constexpr double kLeastHeight = 0.5;
 // A corner this far above a plane counts as above [m]: far below any contact's sag.
 constexpr double kAbove = 1e-9;
 
@@ -54,7 +62,7 @@ struct Kernels {
   void (*fill)(CandidateBlock&, int);
   void (*planes)(const CandidateBlock&, const FilterEllipsoid&, double, PlaneTest&);
   void (*pushes)(const CandidateBlock&, const PlaneTest&, std::uint32_t, const FilterEllipsoid&, const KnownPush&,
-                 double, PushTest&);
+                 double, PushTest&, LaneTravel*);
   std::uint32_t (*overs)(const CandidateBlock&, const Vec3&);
 };
 
@@ -92,12 +100,14 @@ void testPlanes(FilterLanes lanes, const CandidateBlock& block, const FilterElli
 }
 
 void testPush(const CandidateBlock& block, const PlaneTest& plane, std::uint32_t wanted,
-              const FilterEllipsoid& ellipsoid, const KnownPush& push, double slack, PushTest& result) {
-  kBest.pushes(block, plane, wanted, ellipsoid, push, slack, result);
+              const FilterEllipsoid& ellipsoid, const KnownPush& push, double slack, PushTest& result,
+              LaneTravel* travel) {
+  kBest.pushes(block, plane, wanted, ellipsoid, push, slack, result, travel);
 }
 void testPush(FilterLanes lanes, const CandidateBlock& block, const PlaneTest& plane, std::uint32_t wanted,
-              const FilterEllipsoid& ellipsoid, const KnownPush& push, double slack, PushTest& result) {
-  kernelsFor(lanes).pushes(block, plane, wanted, ellipsoid, push, slack, result);
+              const FilterEllipsoid& ellipsoid, const KnownPush& push, double slack, PushTest& result,
+              LaneTravel* travel) {
+  kernelsFor(lanes).pushes(block, plane, wanted, ellipsoid, push, slack, result, travel);
 }
 
 std::uint32_t lanesBelow(const CandidateBlock& block, const Vec3& c) { return kBest.overs(block, c); }

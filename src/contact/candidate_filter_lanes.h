@@ -152,8 +152,111 @@ inline void planesOf(const CandidateBlock& block, int first, const FilterEllipso
   store(h_squared, result.half_width_squared + first);
 }
 
+/// What (b) of pushesOf is made of.
+struct TiltLanes {
+  Lanes u_t[3], m_t[3];  ///< the corners from c along u and along m [m].
+  LaneVec3 rm;           ///< m along the ellipsoid's axes, times its radii [m].
+  Lanes m_u;             ///< u.m
+  Lanes limit;           ///< what q.t + h(q) must not exceed [m].
+};
+
+/// For q = u + epsilon (m - (m.u) u): what the corners leave for h(q), h(q)^2, and q.n over u.n.
+inline void tilt(const TiltLanes& lanes, const FilterEllipsoid& e, const KnownPush& push, const Lanes& epsilon,
+                 Lanes& room, Lanes& h_q_squared, Lanes& along) {
+  along = 1.0 - epsilon * lanes.m_u;
+  Lanes most = along * lanes.u_t[0] + epsilon * lanes.m_t[0];
+  for (int k = 1; k < 3; ++k) larger(most, along * lanes.u_t[k] + epsilon * lanes.m_t[k], most);
+  const Vec3 ru{e.radii.x * dot(e.axes.x, push.u), e.radii.y * dot(e.axes.y, push.u),
+                e.radii.z * dot(e.axes.z, push.u)};
+  const LaneVec3 rq{along * ru.x + epsilon * lanes.rm.x, along * ru.y + epsilon * lanes.rm.y,
+                    along * ru.z + epsilon * lanes.rm.z};
+  dot(rq, rq, h_q_squared);
+  room = lanes.limit - most;
+}
+
+/// What else the proofs of pushesOf compare.
+struct ProofLanes {
+  Lanes s, s_after;                      ///< heights over the plane, before the push and after it [m].
+  Lanes u_n, h_squared, b;               ///< u.n; n'A n [m^2]; n'A^-1 n [1/m^2].
+  Lanes epsilon;                         ///< the best tilt.
+  Lanes minus_m_An, right, right_after;  ///< (a): minus_m_An / h > right, before and after [m^2, m].
+  LaneVec3 n, m;
+};
+
+/// How fast something that has to stay positive falls, in metres for each metre of travel: `along` its gradient is that
+/// in the direction of travel, `steepness` its length.
+inline void speedOf(const Lanes& along, const Lanes& steepness, Lanes& result) {
+  const Lanes zero = along - along;
+  result = (along < zero ? -along : zero) + 2.0 * kTravelWidth * steepness + kLeastSpeed;
+}
+
+// See LaneTravel. What a change of A costs each of them, with E' = |A' - A| / r_min^2, so that no w'A w changes by more
+// than E' of itself: no h changes by more than 0.51 E' h, no T0 (the gradient of h) by more than 1.6 E' r_max, thus
+// h(q) - h(u) by no more than 1.6 E' r_max |q - u|, and s_floor^2 by no more than 2 E' h^2. All of that is less than
+// kTravelPerChange r_max E' times the speed, of which 2 kTravelWidth times the gradient's length are the least.
+inline void travelOf(const CandidateBlock& block, int first, const FilterEllipsoid& e, const KnownPush& push,
+                     double slack, const ProofLanes& proof, const TiltLanes& tilts, LaneTravel& result) {
+  const Vec3& d = result.direction;
+  const double u_d = dot(push.u, d);
+  const Lanes zero = proof.s - proof.s;
+  Lanes h, n_d, m_d, speed, other;
+  root(proof.h_squared, h);
+  dot(d, proof.n, n_d);
+  dot(d, proof.m, m_d);
+
+  // The boxes stay apart.
+  const Vec3 low = e.c - e.half_box, high = e.c + e.half_box;
+  LaneVec3 block_low, block_high;
+  load(block.low, first, block_low);
+  load(block.high, first, block_high);
+  Lanes travel = block_low.x - high.x;
+  larger(travel, low.x - block_high.x, travel);
+  larger(travel, block_low.y - high.y, travel);
+  larger(travel, low.y - block_high.y, travel);
+  larger(travel, block_low.z - high.z, travel);
+  larger(travel, low.z - block_high.z, travel);
+  travel = travel * (1.0 / (1.0 + 2.0 * kTravelWidth));  // whatever the direction
+
+  // Or the plane stays in front, and not deep, neither before the push nor after it: u.n <= 1.
+  const Lanes sine_squared = 1.0 - proof.u_n * proof.u_n;
+  Lanes sine;
+  root(sine_squared > zero ? sine_squared : zero, sine);
+  speedOf(n_d - proof.u_n * u_d, sine, speed);
+  Lanes flat = (push.depth * proof.u_n - (h - proof.s) - slack) / speed;
+  const Lanes front = proof.s * (1.0 / (1.0 + 2.0 * kTravelWidth));
+  flat = flat < front ? flat : front;
+  larger(travel, proof.u_n > zero ? flat : zero - 1.0, travel);
+
+  // Or all that proves the triangle shallower, and cleared, keeps doing so. The best tilt leaves the most room; a
+  // slight one holds almost until the edge is reached, where the ground falls off behind it.
+  Lanes least = zero - 1.0;
+  for (const double part : {1.0, kSlightTilt}) {
+    const Lanes epsilon = part * proof.epsilon;
+    Lanes room, h_q, along;
+    tilt(tilts, e, push, epsilon, room, h_q, along);
+    root(h_q, h_q);
+    speedOf(epsilon * (m_d - tilts.m_u * u_d), epsilon, speed);
+    larger(least, along * proof.u_n > kForwardMargin ? (room - h_q) / speed : zero - 1.0, least);
+  }
+  // After the push the way along u is no way.
+  Lanes rightmost;
+  larger(proof.right, proof.right_after, rightmost);
+  other = m_d - tilts.m_u * u_d;
+  speedOf(m_d < other ? m_d : other, zero + 1.0, speed);
+  const Lanes outside = (proof.minus_m_An / h - rightmost) / speed;
+  least = outside < least ? outside : least;
+  const Lanes s = proof.s_after < proof.s ? proof.s_after : proof.s;
+  const Lanes floor_squared = proof.h_squared * (1.0 + kHorizonMargin) - 1.0 / proof.b;
+  other = n_d - proof.u_n * u_d;
+  speedOf(n_d < other ? n_d : other, zero + 1.0, speed);
+  const Lanes clear = (s * s - (floor_squared > zero ? floor_squared : zero)) / (2.0 * s * speed);
+  least = clear < least ? clear : least;
+  larger(travel, s > kLeastHeight * h ? least : zero - 1.0, travel);
+  store(travel - kTravelMargin, result.travel + first);
+}
+
 inline void pushesOf(const CandidateBlock& block, const PlaneTest& plane, int first, const FilterEllipsoid& e,
-                     const KnownPush& push, double slack, PushTest& result) {
+                     const KnownPush& push, double slack, PushTest& result, LaneTravel* travel) {
   const double r_max = e.radii.x > e.radii.y ? (e.radii.x > e.radii.z ? e.radii.x : e.radii.z)
                                              : (e.radii.y > e.radii.z ? e.radii.y : e.radii.z);
   const Vec3 p = push.p - e.c;
@@ -224,21 +327,19 @@ inline void pushesOf(const CandidateBlock& block, const PlaneTest& plane, int fi
   Lanes epsilon = beyond * push.half_width / (m_A_m + 1e-300);
   epsilon = epsilon > zero ? epsilon : zero;
   epsilon = epsilon < zero + 1.0 ? epsilon : zero + 1.0;
-  const Lanes along = 1.0 - epsilon * m_u;
-  Lanes most = zero - 1e300;
-  for (int k = 0; k < 3; ++k) larger(most, along * u_t[k] + epsilon * m_t[k], most);
-  const Vec3 ru{e.radii.x * dot(e.axes.x, push.u), e.radii.y * dot(e.axes.y, push.u),
-                e.radii.z * dot(e.axes.z, push.u)};
-  const LaneVec3 rq{along * ru.x + epsilon * rm.x, along * ru.y + epsilon * rm.y, along * ru.z + epsilon * rm.z};
-  Lanes h_q_squared;
-  dot(rq, rq, h_q_squared);
   // The boxes meet, so that no corner is further from c than the one's half size and the other's side.
   const Lanes farthest = (e.half_box.x + e.half_box.y + e.half_box.z) + 3.0 * size;
-  const Lanes room = push.depth * (1.0 - kDepthMargin) - kLengthMargin * (farthest + r_max) - most;
+  const Lanes limit = push.depth * (1.0 - kDepthMargin) - kLengthMargin * (farthest + r_max);
+  const TiltLanes tilts{{u_t[0], u_t[1], u_t[2]}, {m_t[0], m_t[1], m_t[2]}, rm, m_u, limit};
+  Lanes room, h_q_squared, along;
+  tilt(tilts, e, push, epsilon, room, h_q_squared, along);
   // m is square to n.
   const Mask below = (room > zero) & (h_q_squared <= room * room) & (along * u_n > kForwardMargin);
   result.shallower |= bitsOf(below & outside & clear) << first;
   result.cleared |= bitsOf(below & outside_after & clear_after) << first;
+  if (travel == nullptr) return;
+  const ProofLanes proof{s, s_after, u_n, h_squared, b, epsilon, minus_m_An, right, right_after, n, m};
+  travelOf(block, first, e, push, slack, proof, tilts, *travel);
 }
 
 // Whose prism over the triangle holds the centre.
@@ -266,11 +367,11 @@ void planes(const CandidateBlock& block, const FilterEllipsoid& ellipsoid, doubl
 }
 
 void pushes(const CandidateBlock& block, const PlaneTest& plane, std::uint32_t wanted, const FilterEllipsoid& ellipsoid,
-            const KnownPush& push, double slack, PushTest& result) {
+            const KnownPush& push, double slack, PushTest& result, LaneTravel* travel) {
   result = {};
   for (int first = 0; first < CandidateBlock::kWidth; first += EVS_LANES)
-    if ((wanted >> first & ((1u << EVS_LANES) - 1u)) != 0)
-      pushesOf(block, plane, first, ellipsoid, push, slack, result);
+    if (travel != nullptr || (wanted >> first & ((1u << EVS_LANES) - 1u)) != 0)
+      pushesOf(block, plane, first, ellipsoid, push, slack, result, travel);
 }
 
 std::uint32_t overs(const CandidateBlock& block, const Vec3& c) {

@@ -2,63 +2,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "contact_taking.h"
 #include "ellipsoid_vehicle_sim/contact/candidate_filter.h"
-#include "ellipsoid_vehicle_sim/contact/find_contacts.h"
 #include "ellipsoid_vehicle_sim/contact/shortest_push.h"
 
 namespace ellipsoid_vehicle_sim {
 
 // The inside of find_contacts.cpp.
 
-// Depths that differ by less are the same push seen from two poses [m]; a nanometre is far below any contact's sag.
-constexpr double kSameDepth = 1e-9;
-// Rounding allowance when a depth is compared with its explanation [m].
-constexpr double kExplained = 1e-12;
 // Depths this close, in parts of themselves, are worked out before one is called the deeper [-]; above the solver's
 // rounding.
 constexpr double kTieMargin = 1e-12;
 // Normals of one contact seen from two triangles differ by rounding, magnified where the depth hardly depends on them
 // [-].
 constexpr double kSameNormal = 1e-6;
-// h(u) changes by at most this times r_max per radian of turn when the axes' ratio is unbounded; [ContactDefinition] 6.
-constexpr double kTurnReach = 1.12;
-
 // What a cheap plane test may be off by before a triangle is left out on its word [m]; the exact test decides on the
 // rest.
 constexpr double kPruneSlack = 1e-9;
 // Depth that arithmetic alone may leave after a push that clears [m], and in parts of the distance from the origin.
 constexpr double kLeftByRounding = 1e-12, kRelativeRounding = 1e-15;
-
-inline TriangleContact meet(const PosedEllipsoid& ellipsoid, const Triangle& triangle, ContactRule rule,
-                            double floor_depth) {
-  if (rule == ContactRule::kMinimumTranslation) return minimumTranslation(ellipsoid, triangle, floor_depth);
-  const TriangleContact contact = clampedPoint(ellipsoid, triangle);
-  return contact.depth > floor_depth ? contact : TriangleContact{};
-}
-
-inline PosedEllipsoid moved(const PosedEllipsoid& ellipsoid, const Eigen::Vector3d& push) {
-  PosedEllipsoid result = ellipsoid;
-  result.p_WE += push;
-  return result;
-}
-
-inline bool centreInFront(const PosedEllipsoid& ellipsoid, const Triangle& triangle) {
-  return triangle.nhat_W.dot(ellipsoid.p_WE - triangle.v[0]) > 0.0;
-}
-
-// W(u): how far the supporting plane along the fixed u has moved in since the remembered pose; half_width is h0(u)
-// there.
-inline double advance(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const Eigen::Vector3d& u,
-                      double half_width) {
-  return u.dot(memory.posed.p_WE - ellipsoid.p_WE) - half_width + ellipsoid.halfWidth(u);
-}
-
-// Angle between the remembered and the present axes [rad].
-inline double angleTurned(const Eigen::Matrix3d& R0, const Eigen::Matrix3d& R1) {
-  // |R0 - R1|_F = 2 sqrt(2) sin(angle / 2): keeps its digits for small angles, where the trace loses them.
-  return 2.0 * std::asin(std::min(1.0, (R0 - R1).norm() / (2.0 * std::sqrt(2.0))));
-}
 
 inline FilterEllipsoid filterOf(const PosedEllipsoid& ellipsoid) {
   const Vec3 r = Vec3::from(ellipsoid.radii);
@@ -73,14 +37,17 @@ inline FilterEllipsoid filterOf(const PosedEllipsoid& ellipsoid) {
 class ContactSearch {
  public:
   ContactSearch(const PosedEllipsoid& ellipsoid, const FilterEllipsoid& filter, const ContactMemory& memory,
-                const ContactOptions& options, const std::vector<Candidate>& candidates, ContactFinder& finder)
+                const ContactOptions& options, const ContactTaking& taking, const Vec3& way, ContactFinder& finder)
       : ellipsoid_(ellipsoid),
         filter_(filter),
         memory_(memory),
         options_(options),
-        candidates_(candidates),
+        taking_(taking),
+        way_(way),
+        candidates_(finder.cache.candidates()),
         blocks_(finder.cache.blocks()),
-        near_(finder.near) {
+        near_(finder.near),
+        sole_(finder.sole) {
     near_.resize(blocks_.size());
     std::uint32_t behind = 0;
     for (std::size_t i = 0; i < blocks_.size(); ++i) {
@@ -94,17 +61,23 @@ class ContactSearch {
   void run(EllipsoidContacts& result) {
     int winner = likeliest();
     if (winner < 0) return;
+    const int likeliest = winner;
     // Made here, not copied: who reads as pairs what was written number by number waits for it.
     TriangleContact first = meet(ellipsoid_, triangleOf(winner), options_.rule, 0.0);
     winner = deepest(winner, first);
-    if (winner >= 0 && !admitted(candidates_[winner])) winner = nextAdmitted(winner, first);
+    if (winner >= 0 && !taking_.admitted(candidates_[winner])) winner = nextAdmitted(winner, first);
     if (winner < 0) return;
 
     const Candidate& candidate = candidates_[winner];
     near_[winner / kWidth].done |= 1u << winner % kWidth;
-    take(result, candidate.index, first.nhat_W, first.p_WE_lowest, first.depth, feltDepth(first, candidate));
+    taking_.take(result, candidate.index, first, taking_.feltDepth(first, candidate));
     if (options_.contacts == ContactsPerEllipsoid::kValley) addValleyContacts(result, first);
+    sole_candidate_ = winner == likeliest && result.count == 1 ? winner : -1;
   }
+
+  /// The candidate that is the only contact, and how far it stays so (see LaneTravel); -1 where that was not asked.
+  int soleCandidate() const { return travel_ > 0.0 ? sole_candidate_ : -1; }
+  double travel() const { return travel_; }
 
  private:
   static constexpr int kWidth = CandidateBlock::kWidth;
@@ -171,23 +144,34 @@ class ContactSearch {
     return {u, lowest + contact.depth * u, dot(u, filter_.c - lowest), contact.depth};
   }
 
+  /// Whether to find out how far the ellipsoid may go with this contact alone.
+  bool isSoleWorthProving(int winner, const TriangleContact& contact) {
+    return options_.cache && sole_.isWorthProving(candidates_[winner].index, way_) && contact.feature == Feature::kFace;
+  }
+
   /// Holds all that wait, but for `winner`, against its contact: what may be deeper is open, what may hold the
   /// ellipsoid after the push is held, and rises_ tells whether anything rises above the contact's plane.
-  bool holdAgainst(int winner, const TriangleContact& contact) {
+  bool holdAgainst(int winner, const TriangleContact& contact, bool prove_sole = false) {
     const KnownPush push = knownPush(contact);
     std::uint32_t open = 0, rises = 0;
     PushTest test;
+    LaneTravel travel;
+    travel.direction = sole_.direction();
+    if (prove_sole) travel_ = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < near_.size(); ++i) {
       NearBlock& near = near_[i];
       std::uint32_t rivals = waiting(i);
       if (winner >= 0 && winner / kWidth == static_cast<int>(i)) rivals &= ~(1u << winner % kWidth);
       near.open = near.held = 0;
-      if (rivals == 0) continue;
-      testPush(blocks_[i], near.plane, rivals, filter_, push, kPruneSlack, test);
+      if (rivals == 0 && !prove_sole) continue;
+      testPush(blocks_[i], near.plane, rivals, filter_, push, kPruneSlack, test, prove_sole ? &travel : nullptr);
       near.open = rivals & test.deep & ~test.shallower;
       near.held = rivals & test.deep_after & ~test.cleared;
       open |= near.open;
       rises |= rivals & test.rises;
+      if (!prove_sole) continue;
+      for (int lane = 0; lane < kWidth; ++lane)
+        if (static_cast<int>(i) * kWidth + lane != winner) travel_ = std::min(travel_, travel.travel[lane]);
     }
     rises_ = rises != 0;
     held_by_ = winner;
@@ -203,7 +187,7 @@ class ContactSearch {
     // No minimum translation exceeds the depth below the plane; the document's rule may.
     const bool bounded = options_.rule == ContactRule::kMinimumTranslation;
     const bool held_against = bounded && winner >= 0;
-    if (held_against && !holdAgainst(winner, best)) return winner;
+    if (held_against && !holdAgainst(winner, best, isSoleWorthProving(winner, best))) return winner;
 
     forEach([&](std::size_t i) { return held_against ? near_[i].open : waiting(i); },
             [&](int i) {
@@ -234,7 +218,7 @@ class ContactSearch {
       best = meet(ellipsoid_, triangleOf(winner), options_.rule, 0.0);
       winner = deepest(winner, best);
       if (winner < 0) return -1;
-      if (!admitted(candidates_[winner])) continue;
+      if (!taking_.admitted(candidates_[winner])) continue;
       if (!isSame(turned_away_contact, best)) return winner;
       // The other made the contact that is taken.
       near_[winner / kWidth].done |= 1u << winner % kWidth;
@@ -247,72 +231,6 @@ class ContactSearch {
   static bool isSame(const TriangleContact& a, const TriangleContact& b) {
     return std::abs(a.depth - b.depth) <= kExplained &&
            (a.nhat_W - b.nhat_W).squaredNorm() <= kSameNormal * kSameNormal;
-  }
-
-  void take(EllipsoidContacts& result, int triangle, const Eigen::Vector3d& u, const Eigen::Vector3d& lowest,
-            double depth, double felt) const {
-    Contact& contact = result.contact[result.count++];
-    contact.triangle = triangle;
-    contact.nhat_W = u;
-    contact.p_WE_lowest = lowest;
-    contact.depth = depth;
-    contact.pressed = std::max(0.0, felt - (options_.memory ? memory_.slack : 0.0));
-    contact.share = 1.0;
-  }
-
-  bool carried(int triangle) const {
-    for (int i = 0; i < memory_.count; ++i)
-      if (memory_.carried[i].triangle == triangle) return true;
-    return false;
-  }
-
-  // May this triangle push? It must have been known, or have had the centre in front and been no deeper than the
-  // others.
-  bool admitted(const Candidate& candidate) const {
-    const Triangle& triangle = candidate.triangle;
-    if (!options_.memory || memory_.fresh || carried(candidate.index)) return true;
-    if (!centreInFront(memory_.posed, triangle)) return false;
-    const TriangleContact before = meet(memory_.posed, triangle, options_.rule, 0.0);
-    if (!before) return true;
-    if (options_.contacts == ContactsPerEllipsoid::kOne || memory_.count == kMaxContactsPerEllipsoid)
-      return before.depth <= memory_.deepest + kSameDepth;
-    return meet(moved(memory_.posed, memory_.push), triangle, options_.rule, 0.0).depth <= kSameDepth;
-  }
-
-  // The part of a contact's depth that motion since the remembered pose explains; the rest is a jump.
-  double feltDepth(const TriangleContact& contact, const Candidate& candidate) const {
-    if (!options_.memory || memory_.fresh) return contact.depth;
-    const double depth = contact.depth;
-
-    double reached = -1.0, base_depth = 0.0, base_advance = 0.0;
-    const auto explain = [&](double delta, double advanced) {
-      if (delta + advanced <= reached) return;
-      reached = delta + advanced;
-      base_depth = delta;
-      base_advance = advanced;
-    };
-    for (int i = 0; i < memory_.count; ++i) {
-      const CarriedContact& base = memory_.carried[i];
-      explain(base.depth, advance(ellipsoid_, memory_, base.nhat_W, base.half_width));
-    }
-    if (depth <= reached + kExplained) return depth;
-
-    // Only now the triangle's own past is worked out: it is needed once in many steps.
-    const TriangleContact before = meet(memory_.posed, candidate.triangle, options_.rule, 0.0);
-    double bound = reached;
-    if (before) {
-      explain(before.depth, advance(ellipsoid_, memory_, before.nhat_W, memory_.posed.halfWidth(before.nhat_W)));
-      bound = reached;
-    } else {
-      const double travel = (ellipsoid_.p_WE - memory_.posed.p_WE).norm();
-      const double turn = angleTurned(memory_.posed.R_WE, ellipsoid_.R_WE);
-      bound = std::max(reached, travel + kTurnReach * turn * ellipsoid_.radii.maxCoeff());
-    }
-    if (depth <= bound + kExplained) return depth;
-
-    const double along = advance(ellipsoid_, memory_, contact.nhat_W, memory_.posed.halfWidth(contact.nhat_W));
-    if (memory_.count == 0 && !before) return std::min(depth, std::max(0.0, along));
-    return std::min(depth, std::max(0.0, base_depth + std::min(base_advance, along)));
   }
 
   /// What still holds the ellipsoid after the push of the first contact: a wall beside the ground, a kerb's edge.
@@ -342,9 +260,10 @@ class ContactSearch {
       const TriangleContact& left = found.contact;
       const double full = left.depth + push.dot(left.nhat_W);
       // What the triangle's own contact owes to a jump is taken off here too.
-      const double lost = found.at_pose.depth - feltDepth(found.at_pose, candidate);
+      const double lost = found.at_pose.depth - taking_.feltDepth(found.at_pose, candidate);
       const int slot = result.count;
-      take(result, candidate.index, left.nhat_W, left.p_WE_lowest - push, full, full - lost);
+      const Eigen::Vector3d lowest = left.p_WE_lowest - push;
+      taking_.take(result, candidate.index, left.nhat_W, lowest, full, full - lost);
       nhat[slot] = left.nhat_W;
       depth[slot] = full;
       push = shortestPush(nhat, depth, result.count).p;
@@ -360,7 +279,7 @@ class ContactSearch {
       found = deepestLeft(pushed, push);
       if (found.candidate < 0) return false;
       near_[found.candidate / kWidth].done |= 1u << found.candidate % kWidth;
-      if (admitted(candidates_[found.candidate])) {
+      if (taking_.admitted(candidates_[found.candidate])) {
         if (turned_away.candidate >= 0 && isSame(turned_away.contact, found.contact)) found = turned_away;
         return true;
       }
@@ -395,11 +314,16 @@ class ContactSearch {
   const FilterEllipsoid& filter_;
   const ContactMemory& memory_;
   const ContactOptions& options_;
+  const ContactTaking& taking_;
+  const Vec3& way_;  ///< since the last accepted pose [m].
   const std::vector<Candidate>& candidates_;
   const std::vector<CandidateBlock>& blocks_;
   std::vector<NearBlock>& near_;
-  int held_by_ = -1;    ///< the candidate whose contact `holdAgainst` was asked with.
-  bool rises_ = false;  ///< some triangle rises above the plane of that contact.
+  SoleContact& sole_;
+  int sole_candidate_ = -1;
+  double travel_ = -1.0;  ///< with the likeliest's contact alone [m].
+  int held_by_ = -1;      ///< the candidate whose contact `holdAgainst` was asked with.
+  bool rises_ = false;    ///< some triangle rises above the plane of that contact.
 };
 
 }  // namespace ellipsoid_vehicle_sim

@@ -35,31 +35,64 @@ double touchedDepth(const Eigen::Vector3d& radii) {
   return 2.0 * thinnest * thinnest / radii.maxCoeff();
 }
 
+// Past these parts of that depth a search is made in any case: the radii are those of the proof to within a few parts
+// in a hundred.
+constexpr double kCoveredDepth = 0.9;
+
+/// The contact that is proved to be the only one, if there is any and it may push.
+bool takeSole(const PosedEllipsoid& ellipsoid, const ContactOptions& options, const ContactTaking& taking,
+              ContactFinder& finder, EllipsoidContacts& result) {
+  if (!options.cache || options.rule != ContactRule::kMinimumTranslation || !finder.sole.covers(ellipsoid))
+    return false;
+  const Candidate& candidate = finder.cache.candidates()[static_cast<std::size_t>(finder.sole.candidate())];
+  const TriangleContact contact = minimumTranslation(ellipsoid, candidate.triangle, 0.0);
+  if (contact.feature != Feature::kFace || contact.depth > finder.sole.deepest() || !taking.admitted(candidate))
+    return false;
+  taking.take(result, candidate.index, contact, taking.feltDepth(contact, candidate));
+  finder.sole.countUse();
+  return true;
+}
+
 }  // namespace
 
 void findContacts(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, const Terrain& terrain,
                   const ContactOptions& options, ContactFinder& finder, EllipsoidContacts& result) {
+  const ContactTaking taking(ellipsoid, memory, options);
+  finder.behind_any = false;
+  result.count = 0;
+  if (takeSole(ellipsoid, options, taking, finder, result)) return;
+  finder.sole.forget();
+
   FilterEllipsoid filter = filterOf(ellipsoid);
   // The motion since the last accepted pose is at most one step's; twenty of them ahead is a good guess to be queried
   // once.
   constexpr double kStepsAhead = 20.0;
   const Vec3 moved = memory.fresh ? Vec3{0.0, 0.0, 0.0} : filter.c - Vec3::from(memory.posed.p_WE);
   const Eigen::Vector3d travel = (kStepsAhead * moved).toEigen();
-  finder.behind_any = false;
+  int sole = -1;
+  double sole_travel = 0.0;
   const auto search = [&]() {
     const Vec3 low = filter.c - filter.half_box, high = filter.c + filter.half_box;
     const std::vector<Candidate>& candidates =
         finder.cache.around(low.toEigen(), high.toEigen(), travel, terrain, options.cache);
     result.count = 0;
-    if (!candidates.empty()) ContactSearch(ellipsoid, filter, memory, options, candidates, finder).run(result);
+    if (candidates.empty()) return;
+    ContactSearch contact_search(ellipsoid, filter, memory, options, taking, moved, finder);
+    contact_search.run(result);
+    sole = contact_search.soleCandidate();
+    sole_travel = contact_search.travel();
   };
   search();
-  if (result.count > 0 && result.contact[0].depth > touchedDepth(ellipsoid.radii) &&
-      options.rule == ContactRule::kMinimumTranslation) {
-    // T is never further from the centre than the lowest point is.
-    const double reach = ellipsoid.radii.maxCoeff();
-    filter.half_box = {reach, reach, reach};
-    search();
+  if (result.count > 0) {
+    const double touched = touchedDepth(ellipsoid.radii);
+    if (result.contact[0].depth > touched && options.rule == ContactRule::kMinimumTranslation) {
+      // T is never further from the centre than the lowest point is.
+      const double reach = ellipsoid.radii.maxCoeff();
+      filter.half_box = {reach, reach, reach};
+      search();
+    } else if (sole >= 0) {
+      finder.sole.hold(sole, ellipsoid, finder.cache.box(), sole_travel, kCoveredDepth * touched);
+    }
   }
   // The share of a contact by itself is 1 from the start.
   if (result.count > 1) assignShares(result);

@@ -177,7 +177,9 @@ TEST(CandidateFilter, EveryWidthGivesTheSameBits) {
       PlaneTest reference;
       testPlanes(FilterLanes::kTwo, block, filter, 1e-9, reference);
       PushTest pushed;
-      testPush(FilterLanes::kTwo, block, reference, 0xffu, filter, push, 1e-9, pushed);
+      LaneTravel travel;
+      travel.direction = Vec3::from(random.unitVector());
+      testPush(FilterLanes::kTwo, block, reference, 0xffu, filter, push, 1e-9, pushed, &travel);
       const std::uint32_t below = lanesBelow(FilterLanes::kTwo, block, filter.c);
       for (int lane = 0; lane < CandidateBlock::kWidth; ++lane) {
         double highest = -std::numeric_limits<double>::infinity();
@@ -194,7 +196,9 @@ TEST(CandidateFilter, EveryWidthGivesTheSameBits) {
         ASSERT_EQ(planes.near, reference.near);
         ASSERT_EQ(planes.behind, reference.behind);
         PushTest same;
-        testPush(lanes, block, reference, 0xffu, filter, push, 1e-9, same);
+        LaneTravel same_travel = travel;
+        testPush(lanes, block, reference, 0xffu, filter, push, 1e-9, same, &same_travel);
+        ASSERT_EQ(std::memcmp(same_travel.travel, travel.travel, sizeof travel.travel), 0);
         ASSERT_EQ(std::memcmp(&same, &pushed, sizeof same), 0);
         ASSERT_EQ(lanesBelow(lanes, block, filter.c), below);
         for (int lane = 0; lane < CandidateBlock::kWidth; ++lane) {

@@ -49,6 +49,9 @@ class CandidateCache {
       ask(low, high, travel, terrain, reuse);
     return candidates_;
   }
+  const std::vector<Candidate>& candidates() const { return candidates_; }
+  /// The box that they are listed for.
+  Eigen::AlignedBox3d box() const { return {low_, high_}; }
   /// The same candidates in the same order, eight to a block.
   const std::vector<CandidateBlock>& blocks() const { return blocks_; }
   void invalidate() { valid_ = false; }

@@ -43,6 +43,16 @@ struct PushTest {
   std::uint32_t rises;       ///< a corner stands more than a nanometre above the plane through p square to u.
 };
 
+/// How far an ellipsoid may go before a lane of a block may have a say beside a face contact. Going by N [m] is a way
+/// of up to N along `direction`, up to kTravelWidth N backwards and up to kTravelWidth N across, while A changes by up
+/// to r_min^2 / 20 (Frobenius), and costs kTravelPerChange r_max |A' - A| / r_min^2 more. A turn changes A; a wheel's
+/// spin does not.
+struct LaneTravel {
+  Vec3 direction;                                     ///< unit, or 0.
+  alignas(64) double travel[CandidateBlock::kWidth];  ///< for every lane [m]; below 0 where it may have a say already.
+};
+constexpr double kTravelWidth = 0.125, kTravelPerChange = 12.0;
+
 /// Lanes of a register: what the kernels are compiled for.
 enum class FilterLanes { kTwo, kFour, kEight };
 /// The widest that this machine has.
@@ -54,8 +64,11 @@ void testPlanes(const CandidateBlock& block, const FilterEllipsoid& ellipsoid, d
 /// The lanes in `wanted`, all of them near by `plane`, held against a push. The proofs are that of `cannotExceed`
 /// (ellipsoid_triangle.h) with a direction of the lane's own: u tilted outwards over the edge of the triangle that p is
 /// furthest beyond. On flat ground this shows every triangle but the one below to be shallower, with nothing solved.
+/// For `travel` the push is that of a face contact: it keeps its direction while the ellipsoid moves, and every proof
+/// is a number that has to stay positive. Of those in use each is linear in the way, or bounded by the change of A.
 void testPush(const CandidateBlock& block, const PlaneTest& plane, std::uint32_t wanted,
-              const FilterEllipsoid& ellipsoid, const KnownPush& push, double slack, PushTest& result);
+              const FilterEllipsoid& ellipsoid, const KnownPush& push, double slack, PushTest& result,
+              LaneTravel* travel = nullptr);
 /// The lanes whose triangle c lies straight above or below, seen along its normal.
 std::uint32_t lanesBelow(const CandidateBlock& block, const Vec3& c);
 /// The same by kernels of a given width, to show that all give the same bits; the machine must have it.
@@ -63,7 +76,8 @@ void fillBlock(FilterLanes lanes, CandidateBlock& block, int used);
 void testPlanes(FilterLanes lanes, const CandidateBlock& block, const FilterEllipsoid& ellipsoid, double slack,
                 PlaneTest& result);
 void testPush(FilterLanes lanes, const CandidateBlock& block, const PlaneTest& plane, std::uint32_t wanted,
-              const FilterEllipsoid& ellipsoid, const KnownPush& push, double slack, PushTest& result);
+              const FilterEllipsoid& ellipsoid, const KnownPush& push, double slack, PushTest& result,
+              LaneTravel* travel = nullptr);
 std::uint32_t lanesBelow(FilterLanes lanes, const CandidateBlock& block, const Vec3& c);
 
 }  // namespace ellipsoid_vehicle_sim

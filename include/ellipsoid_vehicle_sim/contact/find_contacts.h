@@ -5,6 +5,7 @@
 #include "ellipsoid_vehicle_sim/contact/candidate_cache.h"
 #include "ellipsoid_vehicle_sim/contact/candidate_filter.h"
 #include "ellipsoid_vehicle_sim/contact/contact.h"
+#include "ellipsoid_vehicle_sim/contact/sole_contact.h"
 #include "ellipsoid_vehicle_sim/world/terrain.h"
 
 namespace ellipsoid_vehicle_sim {
@@ -18,7 +19,7 @@ struct ContactOptions {
   ContactsPerEllipsoid contacts = ContactsPerEllipsoid::kValley;
   bool memory =
       true;           ///< admission and slack; off: every triangle with the centre in front pushes with its full depth.
-  bool cache = true;  ///< reuse of candidate lists; changes no answer.
+  bool cache = true;  ///< reuse of candidate lists and of proofs; changes no answer.
 };
 
 /// What the evaluation under way knows of a block of candidates; a bit for each lane.
@@ -34,6 +35,7 @@ struct ContactFinder {
   ContactFinder() { near.reserve(16); }
 
   CandidateCache cache;
+  SoleContact sole;
   std::vector<NearBlock> near;  ///< of the present evaluation, one for each block of the cache.
   bool behind_any = false;      ///< the centre is not in front of some triangle whose box the ellipsoid's meets.
 };
