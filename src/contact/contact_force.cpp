@@ -38,7 +38,8 @@ Normal normalOf(const ContactLaw& law, const FrictionCoefficients& mu, const Vec
   Normal normal;
   normal.force = share * std::max(0.0, law.stiffness * pressed - law.damping * v_n);
   normal.v_t = v - v_n * u;
-  normal.limit = (mu.mu_static == mu.mu_kinetic ? mu.mu_kinetic : mu.at(norm(normal.v_t))) * normal.force;
+  normal.limit =
+      (mu.mu_static == mu.mu_kinetic ? mu.mu_kinetic : mu.at(norm(normal.v_t))) * normal.force;
   return normal;
 }
 

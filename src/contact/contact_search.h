@@ -61,7 +61,7 @@ class ContactSearch {
   void run(EllipsoidContacts& result) {
     int winner = likeliest();
     if (winner < 0) return;
-    const int likeliest = winner;
+    const int expected = winner;
     // Made here, not copied: who reads as pairs what was written number by number waits for it.
     TriangleContact first = meet(ellipsoid_, triangleOf(winner), options_.rule, 0.0);
     winner = deepest(winner, first);
@@ -72,11 +72,11 @@ class ContactSearch {
     near_[winner / kWidth].done |= 1u << winner % kWidth;
     taking_.take(result, candidate.index, first, taking_.feltDepth(first, candidate));
     if (options_.contacts == ContactsPerEllipsoid::kValley) addValleyContacts(result, first);
-    sole_candidate_ = winner == likeliest && result.count == 1 ? winner : -1;
+    sole_candidate_ = winner == expected && result.count == 1 ? winner : SoleContact::kNone;
   }
 
-  /// The candidate that is the only contact, and how far it stays so (see LaneTravel); -1 where that was not asked.
-  int soleCandidate() const { return travel_ > 0.0 ? sole_candidate_ : -1; }
+  /// The candidate that is the only contact, and how far it stays so (see LaneTravel); kNone where that was not asked.
+  int soleCandidate() const { return travel_ > 0.0 ? sole_candidate_ : SoleContact::kNone; }
   double travel() const { return travel_; }
 
  private:
@@ -320,7 +320,7 @@ class ContactSearch {
   const std::vector<CandidateBlock>& blocks_;
   std::vector<NearBlock>& near_;
   SoleContact& sole_;
-  int sole_candidate_ = -1;
+  int sole_candidate_ = SoleContact::kNone;
   double travel_ = -1.0;  ///< with the likeliest's contact alone [m].
   int held_by_ = -1;      ///< the candidate whose contact `holdAgainst` was asked with.
   bool rises_ = false;    ///< some triangle rises above the plane of that contact.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "contact_search.h"
 
@@ -39,11 +40,12 @@ double touchedDepth(const Eigen::Vector3d& radii) {
 // in a hundred.
 constexpr double kCoveredDepth = 0.9;
 
-/// The contact that is proved to be the only one, if there is any and it may push.
+/// Takes the contact that is proved to be the only one, or none; false where a search has to tell.
 bool takeSole(const PosedEllipsoid& ellipsoid, const ContactOptions& options, const ContactTaking& taking,
               ContactFinder& finder, EllipsoidContacts& result) {
   if (!options.cache || options.rule != ContactRule::kMinimumTranslation || !finder.sole.covers(ellipsoid))
     return false;
+  if (finder.sole.candidate() == SoleContact::kNone) return true;
   const Candidate& candidate = finder.cache.candidates()[static_cast<std::size_t>(finder.sole.candidate())];
   const TriangleContact contact = minimumTranslation(ellipsoid, candidate.triangle, 0.0);
   if (contact.feature != Feature::kFace || contact.depth > finder.sole.deepest() || !taking.admitted(candidate))
@@ -69,14 +71,18 @@ void findContacts(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, 
   constexpr double kStepsAhead = 20.0;
   const Vec3 moved = memory.fresh ? Vec3{0.0, 0.0, 0.0} : filter.c - Vec3::from(memory.posed.p_WE);
   const Eigen::Vector3d travel = (kStepsAhead * moved).toEigen();
-  int sole = -1;
+  int sole = SoleContact::kNone;
   double sole_travel = 0.0;
   const auto search = [&]() {
     const Vec3 low = filter.c - filter.half_box, high = filter.c + filter.half_box;
     const std::vector<Candidate>& candidates =
         finder.cache.around(low.toEigen(), high.toEigen(), travel, terrain, options.cache);
     result.count = 0;
-    if (candidates.empty()) return;
+    if (candidates.empty()) {
+      constexpr double kAnywhere = std::numeric_limits<double>::infinity();
+      finder.sole.hold(SoleContact::kNone, ellipsoid, finder.cache.box(), kAnywhere, kAnywhere);
+      return;
+    }
     ContactSearch contact_search(ellipsoid, filter, memory, options, taking, moved, finder);
     contact_search.run(result);
     sole = contact_search.soleCandidate();
@@ -90,7 +96,7 @@ void findContacts(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, 
       const double reach = ellipsoid.radii.maxCoeff();
       filter.half_box = {reach, reach, reach};
       search();
-    } else if (sole >= 0) {
+    } else if (sole != SoleContact::kNone) {
       finder.sole.hold(sole, ellipsoid, finder.cache.box(), sole_travel, kCoveredDepth * touched);
     }
   }

@@ -15,6 +15,8 @@ namespace {
 constexpr double kStep = 1e-3;
 // States along the scene at which the parts are repeated.
 constexpr int kStates = 40;
+// Steps in a row whose searches are timed: a search depends on those before it, as lists and proofs are kept.
+constexpr std::size_t kStepsInARow = 20;
 
 /// How often a step asks for each part; see VehicleDynamics: contacts of the step's start are remembered, not searched.
 struct Evaluations {
@@ -33,32 +35,53 @@ class Parts {
         finders_(simulator.model().ellipsoids.size()),
         prescribed_(std::max(simulator.model().prescribed_joints.size(), simulator.model().bodies.size())) {}
 
+  /// A step ended: the searches of some steps in a row, `searches` of all ellipsoids in each, are done once more and
+  /// timed. Midway in a step stands for every stage but the last two.
+  void follow(int searches) {
+    dynamics_.evaluate(simulator_.state(), rate_);
+    row_.push_back({dynamics_.posedEllipsoids(), simulator_.state().memory});
+    if (row_.size() <= kStepsInARow) return;
+    const SimConfig& config = simulator_.config();
+    const ContactOptions options{config.contact_rule, config.contacts_per_ellipsoid, config.contact_memory,
+                                 config.candidate_cache};
+    std::vector<std::vector<PosedEllipsoid>> midway(row_.size());
+    for (std::size_t k = 1; k < row_.size(); ++k) {
+      const std::vector<PosedEllipsoid>&from = row_[k - 1].posed, &to = row_[k].posed;
+      for (std::size_t e = 0; e < to.size(); ++e)
+        midway[k].emplace_back(0.5 * (from[e].p_WE + to[e].p_WE), to[e].R_WE, to[e].radii);
+    }
+    int found = 0;
+    const double begun = threadTime();
+    for (std::size_t k = 1; k < row_.size(); ++k) {
+      for (int i = 0; i < searches; ++i) {
+        const std::vector<PosedEllipsoid>& posed = i + 2 < searches ? midway[k] : row_[k].posed;
+        for (std::size_t e = 0; e < posed.size(); ++e)
+          found += findContacts(posed[e], row_[k - 1].memory[e], simulator_.terrain(), options, finders_[e]).count;
+      }
+    }
+    search += (threadTime() - begun) / static_cast<double>(searches) / static_cast<double>(kStepsInARow);
+    used += found;
+    ++rows;
+    row_.clear();
+  }
+
   /// Adds the times at the present state, each repeated `times` times.
   void add(int times) {
     const VehicleState& state = simulator_.state();
     const VehicleModel& model = simulator_.model();
     const SimConfig& config = simulator_.config();
     dynamics_.evaluate(state, rate_);
-    const ContactOptions options{config.contact_rule, config.contacts_per_ellipsoid, config.contact_memory,
-                                 config.candidate_cache};
-    const std::vector<PosedEllipsoid>& posed = dynamics_.posedEllipsoids();
     double depth = 0.0;
-    double begun = threadTime();
-    for (int i = 0; i < times; ++i)
-      for (std::size_t e = 0; e < posed.size(); ++e)
-        depth += findContacts(posed[e], state.memory[e], simulator_.terrain(), options, finders_[e]).count;
-    search += (threadTime() - begun) / times;
-
     FrictionCoefficients mu;
     mu.mu_static = config.mu_static;
     mu.mu_kinetic = config.mu_kinetic;
     mu.stribeck_speed = config.stribeck_speed;
-    begun = threadTime();
+    double begun = threadTime();
     for (int i = 0; i < times; ++i)
       for (const ActiveContact& active : dynamics_.activeContacts())
-        depth += contactForce(model.ellipsoids[static_cast<std::size_t>(active.ellipsoid)].law, mu, active.contact.nhat_W,
-                              active.contact.pressed, active.contact.share, state.motion.v_WB, state.motion.v_WB,
-                              active.anchor_W)
+        depth += contactForce(model.ellipsoids[static_cast<std::size_t>(active.ellipsoid)].law, mu,
+                              active.contact.nhat_W, active.contact.pressed, active.contact.share, state.motion.v_WB,
+                              state.motion.v_WB, active.anchor_W)
                      .normal;
     force += (threadTime() - begun) / times;
 
@@ -82,13 +105,20 @@ class Parts {
   }
 
   double search = 0.0, force = 0.0, forward = 0.0, used = 0.0;
-  int states = 0;
+  int states = 0, rows = 0;
 
  private:
+  /// The end of a step.
+  struct Step {
+    std::vector<PosedEllipsoid> posed;
+    std::vector<ContactMemory> memory;
+  };
+
   const Simulator& simulator_;
   VehicleDynamics dynamics_;
   MotionRate rate_;
   std::vector<ContactFinder> finders_;
+  std::vector<Step> row_;
   std::vector<PrescribedMotion> prescribed_;
 };
 
@@ -118,8 +148,9 @@ std::vector<CostSplit> splitCost(const LoadedScene& loaded, double budget) {
       if (simulator.step() != StepStatus::kOk) break;
       spent += threadTime() - begun;
       if (done % per_state == per_state / 2) parts.add(kRepeats);
+      parts.follow(static_cast<int>(evaluations.searches));
     }
-    if (done == 0 || parts.states == 0) continue;
+    if (done == 0 || parts.states == 0 || parts.rows == 0) continue;
     // Apart from the clock's own cost: the same ticks without looking at each.
     simulator.reset();
     const double begun = threadTime();
@@ -133,7 +164,7 @@ std::vector<CostSplit> splitCost(const LoadedScene& loaded, double budget) {
     split.dt = kStep;
     split.step = (threadTime() - begun) / static_cast<double>(done);
     const double whole = split.step * parts.states;
-    split.collision = evaluations.searches * parts.search / whole;
+    split.collision = evaluations.searches * parts.search / (split.step * parts.rows);
     split.force = evaluations.forces * parts.force / whole;
     split.dynamics = evaluations.dynamics * parts.forward / whole;
     split.integration = std::max(0.0, 1.0 - split.collision - split.force - split.dynamics);

@@ -103,7 +103,8 @@ ParameterTable<SimConfig> simConfigParameters() {
           "used: leave out what provably changes no bit (docs/savings.md). unused: work out everything. checked: do both in every tick, "
           "at more than twice the cost, and count ticks that end differently (diagnostics)."),
       flagParameter("candidate_cache", &C::candidate_cache,
-                    "Keep the triangles near an ellipsoid over several steps. Changes no result, only the time."),
+                    "Keep the triangles near an ellipsoid, and the proof that one of them alone touches it, over several steps. "
+                    "Changes no result, only the time."),
       numberParameter(
           "stiffness", "N/m", 1.0, 1e12, &C::stiffness,
           "Stiffness of every contact. Not given: from contact_time, or derived from vehicle and step, and logged."),

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "ellipsoid_vehicle_sim/contact/find_contacts.h"
 #include "support/contact_scenes.h"
 #include "support/random_contact_cases.h"
@@ -163,16 +165,18 @@ TEST(SoleContact, HoldsUpToItsBorder) {
     memory.fresh = false;
     memory.posed = PosedEllipsoid(e.p_WE - way, e.R_WE, e.radii);
     for (int i = 0; i < 6 && !finder.sole.covers(e); ++i) findContacts(e, memory, *terrain, kept, finder);
-    if (!finder.sole.covers(e)) continue;
+    if (!finder.sole.covers(e) || finder.sole.candidate() == SoleContact::kNone) continue;
     ++proofs;
     const int winner = finder.cache.candidates()[static_cast<std::size_t>(finder.sole.candidate())].index;
     for (int i = 0; i < 12; ++i) {
-      // Mostly along the level, where other triangles are; and every other way.
+      // Along the level, where other triangles are, and every other way; on, and back; turning alone, and with it.
       Vector3d to = random.unitVector();
-      if (i % 2 == 0) to.z() *= 0.01;
-      if (i % 3 == 0) to = way.stableNormalized() + 0.1 * random.unitVector();
-      const Vector3d turn =
-          i % 4 == 1 ? Vector3d::Zero() : Vector3d(random.logUniform(1e-4, 1.0) * random.unitVector());
+      const Vector3d on = way.stableNormalized() + 0.03 * random.unitVector();
+      if (i % 6 == 0) to.z() *= 0.01;
+      if (i % 6 == 1) to = on;
+      if (i % 6 == 2) to = -on;
+      if (i % 6 == 3) to.setZero();
+      const Vector3d turn = i % 6 < 3 ? Vector3d::Zero() : Vector3d(random.logUniform(1e-2, 1.0) * random.unitVector());
       const PosedEllipsoid there = atTheBorder(random, finder.sole, e, 0.5 * to, turn);
       const TriangleContact contact = minimumTranslation(there, terrain->triangle(winner));
       // Of other contacts of the triangle nothing is claimed.
@@ -188,6 +192,24 @@ TEST(SoleContact, HoldsUpToItsBorder) {
   }
   EXPECT_GT(proofs, 10000);
   EXPECT_GT(poses, 50000);
+}
+
+TEST(SoleContact, KnowsThatNothingIsNearUntilItIs) {
+  const auto terrain = terrainOf(floorSoup(5.0, 2));
+  ContactOptions kept, anew;
+  kept.memory = anew.memory = anew.cache = false;
+  ContactFinder finder;
+  int covered = 0, touching = 0;
+  for (double z = 3.0; z > 0.3; z -= 0.003) {
+    const PosedEllipsoid e({0.3, 0.9, z}, Matrix3d::Identity(), {0.35, 0.12, 0.35});
+    covered += finder.sole.covers(e);
+    ContactFinder fresh;
+    const EllipsoidContacts found = findContacts(e, {}, *terrain, kept, finder);
+    expectSameBits(found, findContacts(e, {}, *terrain, anew, fresh));
+    touching += found.count;
+  }
+  EXPECT_GT(covered, 300);
+  EXPECT_GT(touching, 10);
 }
 
 TEST(SoleContact, CoversNoPoseThatIsNotANumber) {

@@ -15,6 +15,8 @@ namespace ellipsoid_vehicle_sim {
 /// stands, end here. It is a temporal cache that changes no answer; what it remembers is geometry, not state.
 class SoleContact {
  public:
+  static constexpr int kNone = -1;
+
   /// Whether the proof holds at this pose; false also for one that is not a number.
   bool covers(const PosedEllipsoid& e) const {
     if (travel_squared_ < 0.0) return false;
@@ -28,16 +30,15 @@ class SoleContact {
     return 1.25 * travel_squared + change_weight_ * change_squared <= travel_squared_ && listed_.contains(e.p_WE);
   }
 
-  int candidate() const { return candidate_; }  ///< its place in the list of candidates.
+  /// Its place in the list of candidates; kNone where no triangle is near, so that there is no contact at all.
+  int candidate() const { return candidate_; }
   /// Depths up to this are covered [m].
   double deepest() const { return deepest_; }
   void countUse() { ++uses_; }
 
-  /// A search begins: what was proved is over. Says whether a proof for this triangle's contact is worth its price: it
-  /// was that of the last search too, and proofs have been of use lately.
-  /// `way`: what the ellipsoid has gone lately, and goes on.
+  /// Whether a proof for this triangle's contact is worth its price: it was that of the last search too, and proofs
+  /// have been of use lately. `way` is what the ellipsoid has gone since the last accepted pose, and goes on [m].
   bool isWorthProving(int triangle, const Vec3& way) {
-    travel_squared_ = kNowhere;
     const bool again = triangle == triangle_;
     triangle_ = triangle;
     if (!again) return false;
@@ -50,9 +51,11 @@ class SoleContact {
     return true;
   }
   const Vec3& direction() const { return direction_; }
+  /// A search begins.
   void forget() { travel_squared_ = kNowhere; }
 
-  /// `travel` as LaneTravel's [m]; `listed` is the box whose triangles are candidates.
+  /// What a search has proved: `travel` as LaneTravel's [m], `listed` the box whose triangles are candidates, `deepest`
+  /// the depth up to which the proof holds [m].
   void hold(int candidate, const PosedEllipsoid& e, const Eigen::AlignedBox3d& listed, double travel, double deepest) {
     const double r_max = e.radii.maxCoeff(), r_min = e.radii.minCoeff();
     if (!(travel > 0.0)) return;
@@ -83,7 +86,7 @@ class SoleContact {
   Vec3 c_{0.0, 0.0, 0.0}, A_diagonal_{0.0, 0.0, 0.0}, A_beside_{0.0, 0.0, 0.0};
   Eigen::AlignedBox3d listed_;  ///< of the centre.
   double deepest_ = 0.0;
-  int candidate_ = -1;
+  int candidate_ = kNone;
   int triangle_ = -1;            ///< of the last search.
   int uses_ = 0;                 ///< of the last proof.
   int pause_ = 0, waiting_ = 0;  ///< searches without a proof, after one that was of no use.
