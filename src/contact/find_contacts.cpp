@@ -66,11 +66,8 @@ void findContacts(const PosedEllipsoid& ellipsoid, const ContactMemory& memory, 
   finder.sole.forget();
 
   FilterEllipsoid filter = filterOf(ellipsoid);
-  // The motion since the last accepted pose is at most one step's; twenty of them ahead is a good guess to be queried
-  // once.
-  constexpr double kStepsAhead = 20.0;
   const Vec3 moved = memory.fresh ? Vec3{0.0, 0.0, 0.0} : filter.c - Vec3::from(memory.posed.p_WE);
-  const Eigen::Vector3d travel = (kStepsAhead * moved).toEigen();
+  const Eigen::Vector3d travel = (CandidateCache::kStepsAhead * moved).toEigen();
   int sole = SoleContact::kNone;
   double sole_travel = 0.0;
   const auto search = [&]() {

@@ -50,7 +50,7 @@ void candidatesDriving(benchmark::State& state, int cells) {
   const Terrain& terrain = hillTerrain(cells);
   DrivingPath path(cells);
   CandidateCache cache;
-  const Eigen::Vector3d travel(0.2, 0.0, 0.0);  // twenty steps, as findContacts looks ahead
+  const Eigen::Vector3d travel(CandidateCache::kStepsAhead * 0.01, 0.0, 0.0);  // as findContacts looks ahead
   std::vector<Eigen::AlignedBox3d> boxes;
   for (int i = 0; i < 65536; ++i) boxes.push_back(boxOf(path.next()));
   std::size_t k = 0, found = 0;

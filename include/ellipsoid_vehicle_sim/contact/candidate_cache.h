@@ -33,6 +33,9 @@ struct alignas(64) CandidateBlock {
 /// ellipsoid's, so a fresh and a reused list give the same contacts to the last bit.
 class CandidateCache {
  public:
+  /// How many steps' motion a list is made for: more of them, and it holds more triangles that no step needs.
+  static constexpr double kStepsAhead = 40.0;
+
   CandidateCache() {
     // Ground of ordinary density then never makes a step allocate.
     indices_.reserve(kUsualCandidates);
