@@ -171,7 +171,8 @@ class ContactSearch {
       rises |= rivals & test.rises;
       if (!prove_sole) continue;
       for (int lane = 0; lane < kWidth; ++lane)
-        if (static_cast<int>(i) * kWidth + lane != winner) travel_ = std::min(travel_, travel.travel[lane]);
+        if (static_cast<int>(i) * kWidth + lane != winner)
+          travel_ = std::min(travel_, travel.travel[lane] > 0.0 ? travel.travel[lane] : -1.0);  // also for NaN
     }
     rises_ = rises != 0;
     held_by_ = winner;

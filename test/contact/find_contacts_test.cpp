@@ -4,6 +4,7 @@
 
 #include "support/contact_scenes.h"
 #include "support/random_contact_cases.h"
+#include "support/same_contacts.h"
 
 namespace ellipsoid_vehicle_sim::test {
 namespace {
@@ -32,18 +33,6 @@ Vector3d push(const EllipsoidContacts& contacts) {
   for (int i = 0; i < contacts.count; ++i)
     p += contacts.contact[i].share * contacts.contact[i].pressed * contacts.contact[i].nhat_W;
   return p;
-}
-
-void expectSameBits(const EllipsoidContacts& a, const EllipsoidContacts& b) {
-  ASSERT_EQ(a.count, b.count);
-  for (int i = 0; i < a.count; ++i) {
-    EXPECT_EQ(a.contact[i].triangle, b.contact[i].triangle);
-    EXPECT_EQ(a.contact[i].nhat_W, b.contact[i].nhat_W);
-    EXPECT_EQ(a.contact[i].p_WE_lowest, b.contact[i].p_WE_lowest);
-    EXPECT_EQ(a.contact[i].depth, b.contact[i].depth);
-    EXPECT_EQ(a.contact[i].pressed, b.contact[i].pressed);
-    EXPECT_EQ(a.contact[i].share, b.contact[i].share);
-  }
 }
 
 /// Triangles whose box meets the ellipsoid's are looked at; for deep contacts of thin bodies, those whose box meets

@@ -9,6 +9,7 @@
 #include "ellipsoid_vehicle_sim/contact/find_contacts.h"
 #include "support/contact_scenes.h"
 #include "support/random_contact_cases.h"
+#include "support/same_contacts.h"
 
 namespace ellipsoid_vehicle_sim::test {
 namespace {
@@ -61,18 +62,6 @@ PosedEllipsoid settled(const PosedEllipsoid& e, const Terrain& terrain, double d
     if (found.count > 0 && std::abs(lift) < 1e-3) break;
   }
   return result;
-}
-
-void expectSameBits(const EllipsoidContacts& a, const EllipsoidContacts& b) {
-  ASSERT_EQ(a.count, b.count);
-  for (int i = 0; i < a.count; ++i) {
-    ASSERT_EQ(a.contact[i].triangle, b.contact[i].triangle);
-    ASSERT_EQ(a.contact[i].nhat_W, b.contact[i].nhat_W);
-    ASSERT_EQ(a.contact[i].p_WE_lowest, b.contact[i].p_WE_lowest);
-    ASSERT_EQ(a.contact[i].depth, b.contact[i].depth);
-    ASSERT_EQ(a.contact[i].pressed, b.contact[i].pressed);
-    ASSERT_EQ(a.contact[i].share, b.contact[i].share);
-  }
 }
 
 struct Asked {

@@ -11,7 +11,7 @@
 namespace ellipsoid_vehicle_sim {
 
 /// A face contact that was proved to be an ellipsoid's only one, and around which poses the proof holds: there the
-/// contact itself is worked out and nothing else is looked at. Most queries of a wheel that rolls, and all of one that
+/// contact itself is worked out and nothing else is looked at. Many queries of a wheel that rolls, and all of one that
 /// stands, end here. It is a temporal cache that changes no answer; what it remembers is geometry, not state.
 class SoleContact {
  public:
