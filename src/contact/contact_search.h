@@ -146,7 +146,7 @@ class ContactSearch {
 
   /// Whether to find out how far the ellipsoid may go with this contact alone.
   bool isSoleWorthProving(int winner, const TriangleContact& contact) {
-    return options_.cache && sole_.isWorthProving(candidates_[winner].index, way_) && contact.feature == Feature::kFace;
+    return options_.cache && contact.feature == Feature::kFace && sole_.isWorthProving(candidates_[winner].index, way_);
   }
 
   /// Holds all that wait, but for `winner`, against its contact: what may be deeper is open, what may hold the
@@ -156,8 +156,10 @@ class ContactSearch {
     std::uint32_t open = 0, rises = 0;
     PushTest test;
     LaneTravel travel;
-    travel.direction = sole_.direction();
-    if (prove_sole) travel_ = std::numeric_limits<double>::infinity();
+    if (prove_sole) {
+      travel.direction = sole_.direction();
+      travel_ = std::numeric_limits<double>::infinity();
+    }
     for (std::size_t i = 0; i < near_.size(); ++i) {
       NearBlock& near = near_[i];
       std::uint32_t rivals = waiting(i);
